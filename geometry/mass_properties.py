@@ -1,4 +1,4 @@
-"""Mass, centre of gravity and inertia of bodies of revolution, free of discretisation error."""
+"""Mass, centre of gravity and inertia of bodies as they are drawn, free of discretisation error."""
 
 from __future__ import annotations
 
@@ -8,6 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from solidwhirl.geometry.feature_shapes import feature_volume, gauss_rule
+from solidwhirl.geometry.features import Blade, Feature
+from solidwhirl.geometry.materials import Material
 from solidwhirl.geometry.meridian.contact import refuse_overlaps
 from solidwhirl.geometry.meridian.fillets import Fillet
 from solidwhirl.geometry.meridian.snapping import scale_of, snap_body
@@ -15,18 +18,11 @@ from solidwhirl.geometry.meridian.subdivision import planned_fillets
 from solidwhirl.geometry.profile import Body, RigidDisk, Section
 from solidwhirl.rotordyn.core.arrays import FloatArray
 
-
-def _gauss_rule(count: int) -> tuple[FloatArray, FloatArray]:
-    """Return nodes and weights (count,) of the Gauss-Legendre rule on [0, 1]."""
-    nodes, weights = np.polynomial.legendre.leggauss(count)  # type: ignore[no-untyped-call]
-    return 0.5 * (nodes + 1.0), 0.5 * weights
-
-
 # Radii vary linearly, so the integrands are polynomials of degree 4 at most: three Gauss points
 # (exact to degree 5) give the closed form.
-_NODES, _WEIGHTS = _gauss_rule(3)
+_NODES, _WEIGHTS = gauss_rule(3)
 # Along an arc the integrands are entire functions of an angle below pi: 24 points reach round-off.
-_ARC_NODES, _ARC_WEIGHTS = _gauss_rule(24)
+_ARC_NODES, _ARC_WEIGHTS = gauss_rule(24)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -62,46 +58,58 @@ def section_mass_properties(section: Section) -> MassProperties:
 
 
 def mass_properties(body: Body) -> MassProperties:
-    """Return the mass properties of a body: sections, fillets and rigid disks.
+    """Return the mass properties of a body: sections, fillets, features and rigid disks.
 
-    Closed form for the sections, Gauss quadrature to round-off for the fillets. Raises
-    GeometryError if sections overlap; with fillets, whatever `subdivide` refuses.
+    Closed form for the sections, Gauss quadrature to round-off for fillets and features. Raises
+    GeometryError if sections overlap; with fillets or features, whatever `subdivide` refuses.
     """
-    sections, fillets = _meshed_parts(body)
+    parts = _meshed_parts(body)
     masters = {interface.name: interface.position_m[2] for interface in body.interfaces}
     disks = (_disk_mass_properties(disk, masters[disk.interface]) for disk in body.rigid_disks)
-    return _combine([*(part for _, part in (*sections, *fillets)), *disks])
+    return _combine([*(part for _, part in parts), *disks])
 
 
 def mass_by_material_kg(body: Body) -> dict[str, float]:
-    """Return the mass of the sections and fillets of a body by material, without rigid disks.
+    """Return the mass of sections, fillets and features of a body by material, without rigid disks.
 
-    In the order of the sections. Raises GeometryError as `mass_properties`.
+    In the order of the sections, then of the features. Raises GeometryError as `mass_properties`.
     """
     found: dict[str, list[float]] = {}
-    for sections_or_fillets in _meshed_parts(body):
-        for name, part in sections_or_fillets:
-            found.setdefault(name, []).append(part.mass_kg)
+    for name, part in _meshed_parts(body):
+        found.setdefault(name, []).append(part.mass_kg)
     return {name: math.fsum(masses) for name, masses in found.items()}
 
 
-_Parts = list[tuple[str, MassProperties]]
-
-
-def _meshed_parts(body: Body) -> tuple[_Parts, _Parts]:
-    """Sections and fillets of a body, by the names of their materials."""
+def _meshed_parts(body: Body) -> list[tuple[str, MassProperties]]:
+    """Sections, fillets and features of a body, by the names of their materials."""
     tolerance = scale_of(body).tolerance_m
     refuse_overlaps(snap_body(body, tolerance), tolerance)
-    fillets = []
-    for fillet in planned_fillets(body) if body.fillet_radius_m > 0.0 else ():
+    parts = [(s.material.name, section_mass_properties(s)) for s in body.sections]
+    for fillet in planned_fillets(body) if body.fillet_radius_m > 0.0 or body.features else ():
         own = body.sections[fillet.section].material
-        part = fillet_mass_properties(fillet, own.density_kg_per_m3)
-        fillets.append((own.name, part))
-    return [(s.material.name, section_mass_properties(s)) for s in body.sections], fillets
+        parts.append((own.name, fillet_mass_properties(fillet, own.density_kg_per_m3)))
+    sections = {section.name: section for section in body.sections}
+    for feature in body.features:
+        section = sections[feature.section]
+        own = feature.material if isinstance(feature, Blade) else section.material
+        parts.append((own.name, _feature_mass_properties(feature, section, own)))
+    return parts
+
+
+def _feature_mass_properties(
+    feature: Feature, section: Section, material: Material
+) -> MassProperties:
+    """Return the mass properties of all features of a set: rings, since they are 3 or more."""
+    found = feature_volume(feature, section)
+    return _gather(
+        mass=material.density_kg_per_m3 * found.volume_m3.ravel(),
+        axial=found.axial_m.ravel(),
+        square_radius=found.square_radius_m2.ravel(),
+    )
 
 
 def _combine(parts: Sequence[MassProperties]) -> MassProperties:
-    """Return the mass properties of several parts with mass, by the parallel axis theorem."""
+    """Return the mass properties of several parts, by the parallel axis theorem."""
     mass = math.fsum(part.mass_kg for part in parts)
     axial = [float(part.center_of_gravity_m[2]) for part in parts]
     centre = math.fsum(p.mass_kg * z for p, z in zip(parts, axial, strict=True)) / mass

@@ -11,7 +11,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal, get_args
 
-from solidwhirl.geometry.errors import GeometryError
+from solidwhirl.geometry.errors import GeometryError, require_finite, require_name
+from solidwhirl.geometry.features import Feature
 from solidwhirl.geometry.materials import Material
 
 InterfaceKind = Literal["section", "outer", "inner", "face", "slab"]
@@ -36,14 +37,14 @@ class Section:
     material: Material
 
     def __post_init__(self) -> None:
-        _require_name("section", self.name)
+        require_name("section", self.name)
         where = f"section '{self.name}'"
         for label, radii in (("inner", self.inner_radius_m), ("outer", self.outer_radius_m)):
             if len(radii) != 2:
                 raise GeometryError(
                     f"{where}: {label} radius has {len(radii)} values, needs two (start and end)"
                 )
-        _require_finite(where, self.start_m, self.end_m, *self.inner_radius_m, *self.outer_radius_m)
+        require_finite(where, self.start_m, self.end_m, *self.inner_radius_m, *self.outer_radius_m)
         if self.end_m <= self.start_m:
             raise GeometryError(
                 f"{where}: negative width, it starts at z = {self.start_m:.9g} m and ends at "
@@ -112,7 +113,7 @@ class Interface:
     radius_m: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
-        _require_name("interface", self.name)
+        require_name("interface", self.name)
         where = f"interface '{self.name}'"
         for label, value, allowed in (
             ("kind", self.kind, get_args(InterfaceKind)),
@@ -120,7 +121,7 @@ class Interface:
         ):
             if value not in allowed:
                 raise GeometryError(f"{where}: {label} is '{value}', allowed: {', '.join(allowed)}")
-        _require_finite(where, self.start_m, self.end_m)
+        require_finite(where, self.start_m, self.end_m)
         span = f"z = {self.start_m:.9g} m to {self.end_m:.9g} m"
         if self.kind in ("section", "face") and self.start_m != self.end_m:
             raise GeometryError(
@@ -165,10 +166,10 @@ class RigidDisk:
     offset_m: float = 0.0  #: Axial distance [m] of the centre of gravity from the master node
 
     def __post_init__(self) -> None:
-        _require_name("rigid disk", self.name)
+        require_name("rigid disk", self.name)
         where = f"rigid disk '{self.name}'"
         values = (self.mass_kg, self.polar_inertia_kg_m2, self.diametral_inertia_kg_m2)
-        _require_finite(where, *values, self.offset_m)
+        require_finite(where, *values, self.offset_m)
         if min(values) < 0.0:
             raise GeometryError(
                 f"{where}: mass {self.mass_kg} kg, polar inertia {self.polar_inertia_kg_m2} and "
@@ -184,10 +185,10 @@ class RigidDisk:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Body:
-    """Collect the sections, interfaces and lumped disks of one body of revolution.
+    """Collect the sections, features, interfaces and lumped disks of one body.
 
-    Raises GeometryError for no section, a duplicate name, a disk on an unknown interface, a bad
-    fillet radius.
+    Raises GeometryError for no section, a duplicate name, a disk on an unknown interface, a feature
+    of an unknown section, a bad fillet radius.
     """
 
     name: str
@@ -197,9 +198,11 @@ class Body:
     rigid_disks: tuple[RigidDisk, ...] = ()
     #: Radius [m] of the fillet at every re-entrant corner of the outline; 0 for sharp corners
     fillet_radius_m: float = 0.0
+    #: Blades, holes and slots around the circumference; names unique, and those of no section
+    features: tuple[Feature, ...] = ()
 
     def __post_init__(self) -> None:
-        _require_name("body", self.name)
+        require_name("body", self.name)
         where = f"body '{self.name}'"
         if not self.sections:
             raise GeometryError(f"{where} has no section, needs at least one")
@@ -213,22 +216,24 @@ class Body:
                     f"{where}: rigid disk '{disk.name}' sits on the interface '{disk.interface}', "
                     f"which does not exist; known: {', '.join(known) or 'none'}"
                 )
+        self._check_features(where)
         if not (math.isfinite(self.fillet_radius_m) and self.fillet_radius_m >= 0.0):
             raise GeometryError(
                 f"{where}: fillet radius is {self.fillet_radius_m} m, must be finite and not "
                 "negative"
             )
 
-
-def _require_name(what: str, name: str) -> None:
-    if not name:
-        raise GeometryError(f"a {what} needs a name, found an empty one")
-
-
-def _require_finite(where: str, *values: float) -> None:
-    for value in values:
-        if not math.isfinite(value):
-            raise GeometryError(f"{where}: found {value}, every value must be finite")
+    def _check_features(self, where: str) -> None:
+        _require_unique(where, "feature", (feature.name for feature in self.features))
+        known = [section.name for section in self.sections]
+        for feature in self.features:
+            place = f"{where}: {feature.kind} '{feature.name}'"
+            if feature.name in known:
+                raise GeometryError(f"{place}: a section has this name, choose another")
+            if feature.section not in known:
+                raise GeometryError(
+                    f"{place}: there is no section '{feature.section}'; known: {', '.join(known)}"
+                )
 
 
 def _require_unique(where: str, what: str, names: Iterable[str]) -> None:
@@ -242,7 +247,7 @@ def _require_unique(where: str, what: str, names: Iterable[str]) -> None:
 def _check_radial_range(where: str, radius_m: tuple[float, float]) -> None:
     if len(radius_m) != 2:
         raise GeometryError(f"{where}: radial range has {len(radius_m)} values, needs two")
-    _require_finite(where, *radius_m)
+    require_finite(where, *radius_m)
     if radius_m[0] < 0.0 or radius_m[1] <= radius_m[0]:
         raise GeometryError(
             f"{where}: radial range {radius_m[0]:.9g} m to {radius_m[1]:.9g} m; it must start at "

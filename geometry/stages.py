@@ -11,11 +11,21 @@ from typing import Literal
 import numpy as np
 
 from solidwhirl.geometry.errors import GeometryError
+from solidwhirl.geometry.features import Blade
 from solidwhirl.geometry.materials import Material
 from solidwhirl.geometry.profile import Section
 from solidwhirl.rotordyn.core.arrays import FloatArray
 
-__all__ = ["TABLE_7", "Cone", "StageGroup", "Web", "stage_group_sections", "stage_values"]
+__all__ = [
+    "TABLE_7",
+    "Cone",
+    "StageBlades",
+    "StageGroup",
+    "Web",
+    "stage_group_blades",
+    "stage_group_sections",
+    "stage_values",
+]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -47,6 +57,26 @@ class Cone:
     foot_start_m: float
     foot_end_m: float
     thickness_m: float  #: Wall thickness [m] normal to the cone
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class StageBlades:
+    """Describe the blades of a stage group by those of stage 1 and ratios from stage to stage.
+
+    The source of `TABLE_7` says nothing of blades: all of this is the user's, and that lengths
+    follow the rule of the other dimensions is an assumption.
+    """
+
+    count: tuple[int, ...]  #: One for all stages, or one for each
+    length_m: float  #: From the ring's outer radius to the tip, of stage 1
+    length_factor: float = 1.0  #: Ratio of consecutive stages [-]
+    #: Root and tip, of stage 1
+    thickness_m: tuple[float, float]
+    thickness_factor: float = 1.0
+    #: Root and tip, of stage 1; None: as wide as the ring where the stagger is that of the root
+    chord_m: tuple[float, float] | None = None
+    chord_factor: float | None = None  #: None: that of the rings' widths
+    stagger_deg: tuple[float, float] = (0.0, 0.0)  #: Root and tip, of all stages
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -152,6 +182,48 @@ def stage_group_sections(
             )
         sections += [_web(layout, item)] if isinstance(item, Web) else _cone(layout, item)
     return tuple(sections)
+
+
+def stage_group_blades(
+    group: StageGroup, blades: StageBlades, *, material: Material, prefix: str
+) -> tuple[Blade, ...]:
+    """Return the blades of a stage group, a row `<prefix>_blades_<stage>` on every ring.
+
+    `prefix`: that of the sections. Raises GeometryError if there is not one count for each stage,
+    or a dimension is not positive.
+    """
+    counts = blades.count * (group.count if len(blades.count) == 1 else 1)
+    if len(counts) != group.count:
+        raise GeometryError(
+            f"stage group '{group.name}': {len(counts)} counts of blades, there are "
+            f"{group.count} stages; give one count for all, or one for each"
+        )
+    cosine = math.cos(math.radians(blades.stagger_deg[0]))
+    chord = blades.chord_m or (group.width_m / cosine,) * 2
+    factor = group.width_factor if blades.chord_factor is None else blades.chord_factor
+    rows = []
+    for stage, count in enumerate(counts, start=1):
+        chords, thicknesses, lengths = (
+            tuple(float(stage_values(first, ratio, stage)[-1]) for first in values)
+            for values, ratio in (
+                (chord, factor),
+                (blades.thickness_m, blades.thickness_factor),
+                ((blades.length_m,), blades.length_factor),
+            )
+        )
+        rows.append(
+            Blade(
+                name=f"{prefix}_blades_{stage}",
+                on=f"{prefix}_stage_{stage}",
+                count=count,
+                length_m=lengths[0],
+                chord_m=(chords[0], chords[1]),
+                thickness_m=(thicknesses[0], thicknesses[1]),
+                stagger_deg=blades.stagger_deg,
+                material=material,
+            )
+        )
+    return tuple(rows)
 
 
 def _layout(

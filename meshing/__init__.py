@@ -5,8 +5,17 @@ from solidwhirl.meshing.own.files import write_gmsh, write_vtu
 from solidwhirl.meshing.own.meridian import MINIMUM_SCALED_JACOBIAN, mesh_meridian
 from solidwhirl.meshing.own.quality import scaled_jacobians, straighten
 from solidwhirl.meshing.own.refinement import CORNER_RATE, refined_size
+from solidwhirl.meshing.own.revolved import meridian_errors, mesh_revolved
 from solidwhirl.meshing.own.solid import mesh_solid
-from solidwhirl.meshing.records import FloatArray, IntArray, LocalSize, Mesh, MeshQuality, MeshSize
+from solidwhirl.meshing.records import (
+    FloatArray,
+    IntArray,
+    LocalSize,
+    Mesh,
+    MeshQuality,
+    MeshSize,
+    Sector,
+)
 
 __all__ = [
     "CORNER_RATE",
@@ -18,7 +27,10 @@ __all__ = [
     "MeshQuality",
     "MeshSize",
     "MeshingError",
+    "Sector",
+    "meridian_errors",
     "mesh_meridian",
+    "mesh_revolved",
     "mesh_solid",
     "refined_size",
     "scaled_jacobians",

@@ -69,6 +69,47 @@ class MeshQuality:
     straightened_elements: int = 0
 
 
+@dataclass(frozen=True, kw_only=True)
+class Sector:
+    """Which part of a solid a mesh is: copies of it, turned about z, make the whole."""
+
+    count: int  #: Equal sectors N of the whole, each of the angle 2π/N
+    #: Whether the mesh is half of a sector, 0 <= θ <= π/N, whose other half is its mirror image in
+    #: the plane θ = 0. Otherwise it is a whole sector with two cut faces of any shape: nodes of the
+    #: one, turned by 2π/N, are nodes of the other.
+    mirrored: bool
+
+    def __post_init__(self) -> None:
+        """Refuse sectors that bending can not be told by."""
+        if self.count < 3:
+            raise MeshingError(f"a sector of {self.count}; at least 3 are needed")
+
+    @property
+    def copies(self) -> int:
+        """Copies of the mesh, mirrored ones too, that make the whole."""
+        return 2 * self.count if self.mirrored else self.count
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Parts:
+    """Parts of a mesh with sectors of different counts: a drum, stages, copies of the drum.
+
+    They have no nodes in common; where they meet, they follow one field along the joints.
+    """
+
+    sectors: tuple[Sector, ...]  #: By part; the drum is the first
+    #: By part, of the drum and its copies: what is added to the cyclic index; None: a stage
+    shifts: tuple[int | None, ...]
+    cell_part: IntArray  #: (c,) part of every cell
+    joint_facets: IntArray  #: (f, 6) facets of all parts on the joints
+    joint_edges_m: FloatArray  #: (e, 2, 2) ends (z, r) of the meridian's edges there
+
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        for array in (self.cell_part, self.joint_facets, self.joint_edges_m):
+            array.setflags(write=False)
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Mesh:
     """A second-order simplex mesh of the meridian (triangles) or of the solid (tetrahedra)."""
@@ -85,6 +126,8 @@ class Mesh:
     outline: IntArray
     size: MeshSize  #: What was asked
     quality: MeshQuality  #: What was got
+    sector: Sector | None = None  #: Of a solid: which part it is; None: it is the whole
+    parts: Parts | None = None  #: Where sectors differ; `sector` is then that of the drum
 
     @property
     def dimension(self) -> int:

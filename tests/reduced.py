@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import scipy.sparse
 
-from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_solid
+from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_revolved
 from solidwhirl.reduction import ReductionRequest, reduce_body
 
 
@@ -28,7 +28,7 @@ def reduced_to(body, level="harmonic", size=None, mesh=None, comm=None, **reques
 
     comm = comm or MPI.COMM_SELF
     if mesh is None and comm.rank == 0:
-        make = mesh_meridian if level == "harmonic" else mesh_solid
+        make = mesh_meridian if level == "harmonic" else mesh_revolved
         mesh = make(body, size or MeshSize(size_m=0.02, corner_size_m=0.002, growth=0.8))
     return reduce_body(body, mesh, comm, requested(level, **request), {})
 

@@ -35,7 +35,7 @@ _ALSO = {
     "_pair": "number, or [number, number] at the two ends",
     "_matrix": "matrix",
     "_switch": "switch",
-    "_several": "number, or list of numbers",
+    "several": "number, or list of numbers",
 }
 _PATTERNS = {"[A-Za-z0-9_-]{0,63}\\.": "place", "^[A-Za-z][A-Za-z0-9_-]{0,63}$": "name"}
 

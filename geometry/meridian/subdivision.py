@@ -15,6 +15,7 @@ from solidwhirl.geometry.meridian import contact
 from solidwhirl.geometry.meridian import fillets as rounding
 from solidwhirl.geometry.meridian.arrangement import arrange, materials_of
 from solidwhirl.geometry.meridian.attachments import interface_curves, split_at_interfaces
+from solidwhirl.geometry.meridian.feature_fit import refuse_misfits
 from solidwhirl.geometry.meridian.outline import Corner, outline_of, reentrant_corners
 from solidwhirl.geometry.meridian.plane_graph import Curve, Face, PlaneGraph, outline_curves
 from solidwhirl.geometry.meridian.snapping import Scale, scale_of, snap_body
@@ -74,7 +75,8 @@ def subdivide(body: Body) -> Subdivision:
 
     Raises GeometryError if sections overlap, touch only in a point, are in pieces or leave a gap or
     edge below 1e-6 of the size; if an interface lies outside or partially outside; if a fillet does
-    not fit or covers an interface.
+    not fit or covers an interface; if features do not fit (`feature_fit`), which leave no trace in
+    the meridian.
     """
     plan = _plan(body)
     materials = materials_of(plan.body)
@@ -122,6 +124,7 @@ def _plan(body: Body) -> _Plan:
     corners = reentrant_corners(graph, outline, tolerance)
     fillets = rounding.plan_fillets(graph, outline, corners, body, scale)
     rounding.refuse_swallowed_interfaces(graph, fillets, body.interfaces, interfaces, tolerance)
+    refuse_misfits(body, fillets, scale)
     return _Plan(
         body=body, scale=scale, graph=graph, interfaces=interfaces, corners=corners, fillets=fillets
     )

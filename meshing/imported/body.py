@@ -8,7 +8,7 @@ import numpy as np
 
 from solidwhirl.geometry import RigidDisk
 from solidwhirl.meshing.errors import MeshingError
-from solidwhirl.meshing.imported import measures
+from solidwhirl.meshing.imported import measures, sectors
 from solidwhirl.meshing.imported.files import read_mesh_file
 from solidwhirl.meshing.imported.groups import cell_materials, interface_facets, volume_groups
 from solidwhirl.meshing.imported.records import (
@@ -23,7 +23,7 @@ from solidwhirl.meshing.imported.split import as_tetrahedra
 from solidwhirl.meshing.imported.surface import faces_of, place_text, refuse_unjoined
 from solidwhirl.meshing.own.meridian import checked_quality, compact
 from solidwhirl.meshing.own.prediction import PredictedMesh
-from solidwhirl.meshing.records import FloatArray, IntArray, Mesh, MeshSize
+from solidwhirl.meshing.records import FloatArray, IntArray, Mesh, MeshSize, Sector
 
 #: What a turning body may be off a body of revolution, see `Roundness`; and its interfaces.
 ROUNDNESS_LIMITS = {"static_unbalance": 5e-3, "uneven_mass": 1e-2, "surface": 5e-2}
@@ -48,9 +48,12 @@ def mesh_from_file(request: MeshRequest, name: str) -> Mesh:
 
 def mesh_of(found: FileMesh, request: MeshRequest, name: str) -> Mesh:
     """Make the mesh of a body of what a file holds."""
+    found = replace(found, points=on_axis(found.points, request))
+    if request.sectors is not None:
+        parts = tuple(group for group, _ in request.materials)
+        found = sectors.one_sector(found, request.sectors, parts)
     tetrahedra = as_tetrahedra(found)
-    points = on_axis(tetrahedra.points, request)
-    cells, points, used = compact(points, tetrahedra.cells)
+    cells, points, used = compact(tetrahedra.points, tetrahedra.cells)
     tetrahedra = replace(
         tetrahedra,
         points=points,
@@ -61,7 +64,12 @@ def mesh_of(found: FileMesh, request: MeshRequest, name: str) -> Mesh:
     refuse_unjoined(points, cells, faces)
     groups = volume_groups(found, tetrahedra)
     material, materials = cell_materials(request, groups, len(cells))
-    points, quality = checked_quality(points, cells, f"body {name!r}")
+    sector, where = None, f"body {name!r}"
+    if request.sectors is None:
+        points, quality = checked_quality(points, cells, where)
+    else:
+        sector = Sector(count=request.sectors, mirrored=False)
+        points, faces, quality = sectors.joined_sector(points, cells, faces, sector.count, where)
     section, names = _sections(groups, len(cells))
     shortest, longest = edge_lengths(points, cells)
     surface = np.unique(faces.nodes[faces.outside][:, :3])
@@ -73,12 +81,13 @@ def mesh_of(found: FileMesh, request: MeshRequest, name: str) -> Mesh:
         materials=materials,
         section_names=names,
         interfaces={
-            i.name: interface_facets(found, tetrahedra, points, faces, i)
+            i.name: interface_facets(found, tetrahedra, points, faces, i, request.sectors)
             for i in _with_margins(request)
         },
         outline=surface[:: max(1, -(-len(surface) // _MOST_SHOWN))].copy(),
         size=MeshSize(size_m=longest, corner_size_m=shortest),
         quality=quality,
+        sector=sector,
     )
 
 
@@ -139,8 +148,7 @@ def body_of_mesh(
     Raises MeshingError: a turning body that is none of revolution, or an interface that can't be
     one.
     """
-    faces = faces_of(mesh.cells)
-    outside = faces.nodes[faces.outside]
+    outside = sectors.outer_facets(mesh.points, mesh.cells, request.sectors)
     placed = tuple(
         measures.measured(_placed(i, mesh, request), mesh, outside) for i in _with_margins(request)
     )
@@ -188,8 +196,9 @@ def _refuse_uneven(name: str, found: Roundness) -> None:
         f"the radius of gyration (allowed {limits['static_unbalance']:g}), uneven mass "
         f"{values['uneven_mass']:.2g} (allowed {limits['uneven_mass']:g}), surface off "
         f"by {values['surface']:.2g} of its radius when turned (allowed {limits['surface']:g}). In "
-        "the inertial frame the matrices of such a body would change with its angle; leave blades "
-        "and details out of the mesh and give their mass as rigid_disks, or check axis.origin and "
+        "the inertial frame the matrices of such a body would change with its angle; if it "
+        "consists of 3 or more equal sectors, say how many (sectors), else leave blades and "
+        "details out of the mesh and give their mass as rigid_disks, or check axis.origin and "
         "axis.direction. A body that stands still (speed_ratio = 0) may have any shape"
     )
 
@@ -207,17 +216,20 @@ def _placed(interface: MeshInterface, mesh: Mesh, request: MeshRequest) -> MeshI
     weight = np.repeat(area / 3.0, 3)
     x = middles.reshape(-1, 3)
     centre = weight @ x / weight.sum()
+    second = x.T @ (weight[:, None] * x) / weight.sum()
+    if mesh.sector is not None:
+        centre, second = measures.evenly_turned(centre, second)
     centre[np.abs(centre) < _ON_AXIS * np.abs(mesh.points).max()] = 0.0
-    spread = np.linalg.eigvalsh((x - centre).T @ (weight[:, None] * (x - centre)))
+    spread = np.linalg.eigvalsh(second - np.outer(centre, centre))
     if spread[1] <= _SMALLEST_SPREAD * spread[2]:
         raise MeshingError(f"{where}: its facets lie in a line and determine no rotation")
     if request.shape == "round":
         _refuse_uneven_interface(where, x, weight)
-        if not isinstance(interface.node, str) and any(interface.node[:2]):
-            raise MeshingError(
-                f"{where}: node_m is {list(interface.node)}; the nodes of a body that turns lie on "
-                "its axis"
-            )
+    if request.shape != "any" and not isinstance(interface.node, str) and any(interface.node[:2]):
+        raise MeshingError(
+            f"{where}: node_m is {list(interface.node)}; the nodes of a body that turns lie on its "
+            "axis"
+        )
     place = (0.0, 0.0, float(centre[2]))
     if interface.node == "centroid" and request.shape == "any":
         place = (float(centre[0]), float(centre[1]), float(centre[2]))

@@ -11,6 +11,7 @@ from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.imported.records import FileMesh, MeshInterface, MeshRequest
 from solidwhirl.meshing.imported.split import Tetrahedra
 from solidwhirl.meshing.imported.surface import Faces
+from solidwhirl.meshing.imported.turning import turned
 from solidwhirl.meshing.records import FloatArray, IntArray
 
 BoolArray = np.ndarray[tuple[int], np.dtype[np.bool_]]
@@ -82,14 +83,18 @@ def interface_facets(
     points: FloatArray,
     faces: Faces,
     interface: MeshInterface,
+    sectors: int | None = None,
 ) -> IntArray:
     """Find the facets (f, 6) of an interface by its group or box; points on their axis [m].
 
-    Raises MeshingError: the file has no such group, or nothing of the mesh belongs to it.
+    `sectors`: of how many sectors the mesh is one; a facet belongs to a box if a copy does. Raises
+    MeshingError: the file has no such group, or nothing of the mesh belongs to it, or facets where
+    the next sector joins.
     """
     where = f"interface {interface.name!r}"
     if interface.box_m is not None:
-        rows = np.flatnonzero(faces.outside & in_box(points, faces.nodes, interface))
+        rows = np.flatnonzero(faces.outside)
+        rows = rows[in_box(points, faces.nodes[rows], interface, sectors)]
         if not len(rows):
             low, high = points.min(axis=0), points.max(axis=0)
             raise MeshingError(
@@ -99,17 +104,29 @@ def interface_facets(
     else:
         assert interface.group is not None
         rows = _of_group(mesh, tetrahedra, faces, interface.group, where)
+        between = ~faces.outside[rows] & (faces.cells[rows, 1] < 0)
+        if between.any():
+            raise MeshingError(
+                f"{where}: {int(between.sum())} of {len(rows)} facets of group "
+                f"{interface.group!r} lie on the cut faces, where the next sector joins"
+            )
     return np.asarray(faces.nodes[rows])
 
 
-def in_box(points: FloatArray, facets: IntArray, interface: MeshInterface) -> BoolArray:
-    """Whether facets (f, 6) or (f, 3) lie inside the box of an interface with all corners, (f,)."""
-    inside = points_in_box(points, interface, float(np.abs(points).max()))
-    return np.asarray(inside[facets[:, :3]].all(axis=1))
+def in_box(
+    points: FloatArray, facets: IntArray, interface: MeshInterface, sectors: int | None = None
+) -> BoolArray:
+    """Whether facets (f, 6) or (f, 3), or copies, are in a box with all corners, (f,)."""
+    corner, size = points[facets[:, :3]], float(np.abs(points).max())
+    out = np.zeros(len(facets), dtype=bool)
+    for k in range(sectors or 1):
+        copy = turned(corner.reshape(-1, 3), 2.0 * np.pi * k / (sectors or 1))
+        out |= points_in_box(copy, interface, size).reshape(-1, 3).all(axis=1)
+    return out
 
 
 def points_in_box(points: FloatArray, interface: MeshInterface, size_m: float) -> BoolArray:
-    """Whether facets (f, 6) or (f, 3) lie in the box of an interface with all corners, (f,)."""
+    """Whether points (n, 3) lie in the box of an interface, (n,)."""
     assert interface.box_m is not None
     low, high = (np.array(corner) for corner in interface.box_m)
     margin = interface.margin * size_m

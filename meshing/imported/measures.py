@@ -12,6 +12,7 @@ from scipy.special import eval_legendre, roots_jacobi
 
 from solidwhirl.meshing.imported.groups import in_box, points_in_box
 from solidwhirl.meshing.imported.records import MassIntegrals, MeshInterface, Roundness
+from solidwhirl.meshing.imported.turning import turned
 from solidwhirl.meshing.own.quality import EDGES
 from solidwhirl.meshing.records import FloatArray, IntArray, Mesh
 
@@ -51,13 +52,23 @@ def _rule(count: int) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def volume_m3(mesh: Mesh) -> float:
-    """Volume of the curved elements.
+    """Volume of the curved elements, of all sectors.
 
     `mesh`: second-order tetrahedra.
     """
     ones = tuple(replace(m, density_kg_per_m3=1.0) for m in mesh.materials)
     volumes = _masses(replace(mesh, materials=ones), _OF_VOLUME)
-    return float(sum(v.sum() for _, v in volumes))
+    return _copies(mesh) * float(sum(v.sum() for _, v in volumes))
+
+
+def _copies(mesh: Mesh) -> int:
+    return 1 if mesh.sector is None else mesh.sector.copies
+
+
+def evenly_turned(first: FloatArray, second: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Means over three or more equal turns about z of a vector (3,) and a matrix (3, 3)."""
+    across = 0.5 * (second[0, 0] + second[1, 1])
+    return np.array([0.0, 0.0, first[2]]), np.diag([across, across, second[2, 2]])
 
 
 def _masses(mesh: Mesh, count: int) -> Iterator[tuple[FloatArray, FloatArray]]:
@@ -73,7 +84,7 @@ def _masses(mesh: Mesh, count: int) -> Iterator[tuple[FloatArray, FloatArray]]:
 
 
 def mass_integrals(mesh: Mesh) -> MassIntegrals:
-    """Integrate mass, centre of gravity and inertia over the curved elements.
+    """Integrate mass, centre of gravity and inertia over the curved elements of all sectors.
 
     `mesh`: second-order tetrahedra.
     """
@@ -82,6 +93,9 @@ def mass_integrals(mesh: Mesh) -> MassIntegrals:
         total += float(mass.sum())
         first += mass @ x
         second += x.T @ (mass[:, None] * x)
+    if mesh.sector is not None:
+        total *= mesh.sector.copies
+        first, second = evenly_turned(mesh.sector.copies * first, mesh.sector.copies * second)
     centre = first / total
     second -= total * np.outer(centre, centre)
     inertia = np.trace(second) * np.eye(3) - second
@@ -184,27 +198,38 @@ def _distance(x: FloatArray, triangles: FloatArray) -> FloatArray:
 
 
 def measured(interface: MeshInterface, mesh: Mesh, outside: IntArray) -> MeshInterface:
-    """Return an interface with its area and centre, and with what its box cuts.
+    """Return an interface with its area and centre, and with what its box cuts, in all sectors.
 
     `outside`: (f, 6) facets of the whole surface.
     """
-    area, centre = facet_areas(mesh.points, mesh.interfaces[interface.name])
-    mean = area @ centre / area.sum()
-    size = float(np.abs(mesh.points).max())
-    mean[np.abs(mean) < 1e-9 * size] = 0.0
-    told = replace(interface, area_m2=float(area.sum()), mean_m=tuple(mean.tolist()))
+    sectors = None if mesh.sector is None else mesh.sector.count
+    total, mean = area_and_centre(mesh, interface.name)
+    mean[np.abs(mean) < 1e-9 * float(np.abs(mesh.points).max())] = 0.0
+    told = replace(interface, area_m2=total, mean_m=tuple(mean.tolist()))
     if interface.box_m is None:
         return told
-    left = outside[~in_box(mesh.points, outside, interface)]
+    left = outside[~in_box(mesh.points, outside, interface, sectors)]
     if not len(left):
         return told
     area, centre = facet_areas(mesh.points, left)
-    inside = points_in_box(centre, interface, size).reshape(len(left), -1)
+    size = float(np.abs(mesh.points).max())
+    inside = np.zeros(len(centre), dtype=bool)
+    for k in range(sectors or 1):
+        inside |= points_in_box(turned(centre, 2.0 * np.pi * k / (sectors or 1)), interface, size)
     return replace(
         told,
-        cut_facets=int(inside.any(axis=1).sum()),
-        cut_area_m2=float(area[inside.ravel()].sum()),
+        cut_facets=int(inside.reshape(len(left), -1).any(axis=1).sum()) * _copies(mesh),
+        cut_area_m2=float(area[inside].sum()) * _copies(mesh),
     )
+
+
+def area_and_centre(mesh: Mesh, name: str) -> tuple[float, FloatArray]:
+    """Area [m²] and centre of area (3,) [m] of an interface of a solid, in all sectors."""
+    area, middle = facet_areas(mesh.points, mesh.interfaces[name])
+    centre = np.asarray(area @ middle / area.sum())
+    if mesh.sector is not None:
+        centre[:2] = 0.0
+    return _copies(mesh) * float(area.sum()), centre
 
 
 def facet_areas(points: FloatArray, facets: IntArray) -> tuple[FloatArray, FloatArray]:

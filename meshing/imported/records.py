@@ -14,7 +14,7 @@ from solidwhirl.meshing.own.prediction import PredictedMesh
 from solidwhirl.meshing.records import FloatArray, IntArray
 
 Coupling = Literal["distributing", "rigid"]
-Shape = Literal["round", "any"]
+Shape = Literal["round", "cyclic", "any"]
 Box = tuple[tuple[float, float, float], tuple[float, float, float]]
 
 
@@ -92,7 +92,9 @@ class MeshRequest:
     material: Material | None
     materials: tuple[tuple[str, Material], ...] = ()  #: (group, material) pairs
     interfaces: tuple[MeshInterface, ...] = ()  #: Surfaces that are looked for
-    shape: Shape  #: "round": has to be a body of revolution; "any"
+    #: "round": has to be a body of revolution; "cyclic": consists of equal sectors; "any"
+    shape: Shape
+    sectors: int | None = None  #: Equal sectors N of a cyclic body, whose mesh is one; else None
     step: StepSize | None = None  #: Sizes where the file is a geometry; None: it is a mesh
 
 
@@ -126,15 +128,16 @@ class MeshedBody:
     request: MeshRequest  #: Where it comes from
     interfaces: tuple[MeshInterface, ...]  #: With the places of their nodes, once the mesh is known
     rigid_disks: tuple[RigidDisk, ...] = ()  #: Lumped disks on its interfaces
-    expected: PredictedMesh  #: Numbers of its mesh: counted, or predicted for a geometry
+    #: Numbers of its mesh, of a cyclic body of one sector: counted, or predicted for a geometry
+    expected: PredictedMesh
     #: Shortest and longest edge, or what is asked of them
     shortest_m: float
     longest_m: float
-    #: Overall length along the axis, largest radius, volume
+    #: Overall length along the axis, largest radius, volume (of all sectors)
     length_m: float
     radius_m: float
     volume_m3: float
-    mass: MassIntegrals | None = None  #: Integrals over the mesh; None before it is made
+    mass: MassIntegrals | None = None  #: Of the whole body; None before the mesh is made
     roundness: Roundness | None = None  #: None before it is made, or where any shape is allowed
 
 

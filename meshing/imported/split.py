@@ -19,7 +19,7 @@ from solidwhirl.meshing.own.quality import EDGES
 from solidwhirl.meshing.records import FloatArray, IntArray
 
 # Corners, edges (VTK's order) and faces of the shapes.
-_CORNERS = {"tetra": 4, "pyramid": 5, "wedge": 6, "hexahedron": 8}
+CORNERS = {"tetra": 4, "pyramid": 5, "wedge": 6, "hexahedron": 8}
 _SHAPE_EDGES = {
     "tetra": ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)),
     "pyramid": ((0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 4), (2, 4), (3, 4)),
@@ -29,7 +29,7 @@ _SHAPE_EDGES = {
         *((6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)),
     ),
 }
-_FACES: dict[str, tuple[tuple[int, ...], ...]] = {
+FACES: dict[str, tuple[tuple[int, ...], ...]] = {
     "tetra": ((0, 1, 2), (0, 1, 3), (1, 2, 3), (0, 2, 3)),
     "pyramid": ((0, 1, 2, 3), (0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)),
     "wedge": ((0, 1, 2), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)),
@@ -48,7 +48,7 @@ _IDEAL = {
 }
 _DIAGONALS = ((0, 6), (1, 7), (2, 4), (3, 5))
 # Nodes of every kind that is read; of complete elements the nodes in faces and middle are left out.
-_KINDS = {
+KINDS = {
     "tetra": ("tetra", 0),
     "tetra10": ("tetra", 6),
     "pyramid": ("pyramid", 0),
@@ -91,10 +91,10 @@ def as_tetrahedra(mesh: FileMesh) -> Tetrahedra:
     given_edges: list[IntArray] = []
     given_middles: list[FloatArray] = []
     for k, block in enumerate(mesh.blocks):
-        if block.kind not in _KINDS:
+        if block.kind not in KINDS:
             continue
-        shape, middles = _KINDS[block.kind]
-        corners = block.nodes[:, : _CORNERS[shape]]
+        shape, middles = KINDS[block.kind]
+        corners = block.nodes[:, : CORNERS[shape]]
         if (np.diff(np.sort(corners, axis=1), axis=1) == 0).any():
             raise MeshingError(f"a {block.kind} element has a node twice; write it as what it is")
         cut, rows = _pulled(shape, corners)
@@ -124,12 +124,12 @@ def as_tetrahedra(mesh: FileMesh) -> Tetrahedra:
 
 def _refuse_unknown(mesh: FileMesh) -> None:
     kinds = {block.kind for block in mesh.blocks}
-    unknown = sorted(kinds - set(_KINDS) - set(_IGNORED))
+    unknown = sorted(kinds - set(KINDS) - set(_IGNORED))
     if unknown:
         raise MeshingError(
-            f"elements of kind {', '.join(unknown)} are not known; allowed are {', '.join(_KINDS)}"
+            f"elements of kind {', '.join(unknown)} are not known; allowed are {', '.join(KINDS)}"
         )
-    if not kinds & set(_KINDS):
+    if not kinds & set(KINDS):
         raise MeshingError(
             f"no volume elements, only {', '.join(sorted(kinds))}; a body needs tetrahedra, "
             "hexahedra, wedges or pyramids"
@@ -143,9 +143,9 @@ def _pulled(shape: str, corners: IntArray) -> tuple[IntArray, IntArray]:
     """
     lowest = corners.argmin(axis=1)
     cut, rows = [], []
-    for apex in range(_CORNERS[shape]):
+    for apex in range(CORNERS[shape]):
         own = np.flatnonzero(lowest == apex)
-        for face in (f for f in _FACES[shape] if apex not in f):
+        for face in (f for f in FACES[shape] if apex not in f):
             for local in _triangles(corners[own], face):
                 local = np.column_stack([local, np.full(len(own), apex)])
                 at = _IDEAL[shape][local]
@@ -192,13 +192,13 @@ def _edge_numbers(corners: IntArray) -> tuple[IntArray, IntArray]:
 
 def _middles(points: FloatArray, shape: str, nodes: IntArray) -> tuple[IntArray, FloatArray]:
     """Edges and diagonals of second-order elements, (m, 2), and the places of their middles."""
-    count, pairs = _CORNERS[shape], _SHAPE_EDGES[shape]
+    count, pairs = CORNERS[shape], _SHAPE_EDGES[shape]
     corner = points[nodes[:, :count]]
     middle = points[nodes[:, count : count + len(pairs)]]
     of_edge = {frozenset(pair): k for k, pair in enumerate(pairs)}
     edges = [nodes[:, list(pair)] for pair in pairs]
     places = [middle[:, k] for k in range(len(pairs))]
-    for face in (f for f in _FACES[shape] if len(f) == 4):
+    for face in (f for f in FACES[shape] if len(f) == 4):
         around = [of_edge[frozenset((face[k], face[(k + 1) % 4]))] for k in range(4)]
         # the middle of the eight-node quadrilateral
         centre = 0.5 * middle[:, around].sum(axis=1) - 0.25 * corner[:, list(face)].sum(axis=1)

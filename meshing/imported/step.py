@@ -11,12 +11,12 @@ import gmsh
 import numpy as np
 
 from solidwhirl.meshing.errors import MeshingError
+from solidwhirl.meshing.imported import step_solids as solids
 from solidwhirl.meshing.imported.records import (
     ElementBlock,
     FileMesh,
     MeshRequest,
     StepSize,
-    axis_turn,
 )
 from solidwhirl.meshing.own.drawing import gmsh_session
 from solidwhirl.meshing.own.files import as_vtk
@@ -24,9 +24,6 @@ from solidwhirl.meshing.own.meridian import TETRAHEDRON10, TRIANGLE6, element_bl
 from solidwhirl.meshing.own.prediction import PredictedMesh
 from solidwhirl.meshing.records import IntArray
 
-# Geometry is worked on in millimetres, whatever the unit of the file: gmsh's kernel takes points
-# nearer than 1e-7 for one.
-_UNIT, _UNIT_M = "MM", 1e-3
 # Regular tetrahedra and triangles of edge 1; tetrahedra for each regular one, and what every
 # triangle of the surface adds, as measured on gmsh's meshes of bodies of revolution.
 _TETRAHEDRON, _TRIANGLE = np.sqrt(2.0) / 12.0, np.sqrt(3.0) / 4.0
@@ -42,22 +39,30 @@ class StepGeometry:
     """What is known of a STEP file before it is meshed."""
 
     solids: int  #: Number of solids
-    volume_m3: float  #: Of all
-    #: Corners of the box around it, in the file's coordinates
+    volume_m3: float  #: Of all, and of all sectors
+    #: Corners of the box around it in the file's coordinates; of a body of sectors, of which the
+    #: file may hold one, around the whole with its axis along z
     low_m: tuple[float, float, float]
     high_m: tuple[float, float, float]
-    expected: PredictedMesh  #: Numbers of the mesh with the sizes asked for, within a factor 3
+    #: Numbers of the mesh, of one sector where there are any, with the sizes asked for, within a
+    #: factor 3
+    expected: PredictedMesh
 
 
-def step_geometry(path: str | Path, size: StepSize) -> StepGeometry:
+def step_geometry(request: MeshRequest) -> StepGeometry:
     """Look at a STEP file without meshing it.
 
-    `path`: the file; its own unit of length is taken into account. Raises MeshingError: the file
-    can't be read or has no solid.
+    `request`: file, sizes and sectors; the file's own unit of length is taken into account. Raises
+    MeshingError: the file can't be read or has no solid, or has no equal sectors.
     """
-    with _imported(Path(path)) as volumes:
-        volume = sum(gmsh.model.occ.getMass(3, tag) for tag in volumes) * _UNIT_M**3
-        box = np.array(gmsh.model.getBoundingBox(-1, -1)) * _UNIT_M
+    size, sectors = request.step, request.sectors
+    assert size is not None
+    with _imported(Path(request.path)) as volumes:
+        box = np.array(gmsh.model.getBoundingBox(-1, -1)) * solids.UNIT_M
+        if sectors is not None:
+            box = np.concatenate(solids.extents_m(request))
+            volumes = solids.sector_solids(volumes, request)
+        volume = sum(gmsh.model.occ.getMass(3, tag) for tag in volumes) * solids.UNIT_M**3
         skin = sum(_triangles(tag, size) for _, tag in gmsh.model.getEntities(2))
         if skin < _COUNTED:
             _ask(size)
@@ -68,7 +73,7 @@ def step_geometry(path: str | Path, size: StepSize) -> StepGeometry:
     vertices = _PER_TETRAHEDRON * cells + _PER_SURFACE * skin
     return StepGeometry(
         solids=len(volumes),
-        volume_m3=volume,
+        volume_m3=volume * (sectors or 1),
         low_m=tuple(float(v) for v in box[:3]),  # type: ignore[arg-type]
         high_m=tuple(float(v) for v in box[3:]),  # type: ignore[arg-type]
         expected=PredictedMesh(
@@ -86,25 +91,30 @@ def mesh_step(request: MeshRequest) -> FileMesh:
     """Mesh a STEP file with second-order tetrahedra that follow its surfaces.
 
     `request`: file, unit and sizes. Solids that touch are joined. The boxes of interfaces are cut
-    into the solids, so that elements end where boxes do. Result: in the unit of the request;
-    labels of solids and faces are groups. Raises MeshingError: gmsh can't read or mesh the file.
+    into the solids, so that elements end where boxes do. A body of sectors is meshed as one of
+    them, with periodic cuts. Result: in the unit of the request; labels of solids and faces are
+    groups. Raises MeshingError: gmsh can't read or mesh the file, or there are no equal sectors.
     """
     size = request.step
     assert size is not None
     with _imported(Path(request.path)) as volumes:
-        volumes = _imprint(volumes, request)
+        if request.sectors is not None:
+            volumes = solids.sector_solids(volumes, request)
+        volumes = solids.imprint(volumes, request)
         _ask(size)
+        if request.sectors is not None:
+            solids.make_periodic(request)
         gmsh.model.mesh.generate(3)
         gmsh.model.mesh.optimize("Netgen")
         gmsh.model.mesh.setOrder(2)
-        numbering, points = node_table(_UNIT_M / request.unit_m)
+        numbering, points = node_table(solids.UNIT_M / request.unit_m)
         cells, owner = element_blocks(volumes, TETRAHEDRON10, numbering)
         faces = [tag for _, tag in gmsh.model.getEntities(2) if _has_triangles(tag)]
         facets, side = element_blocks(faces, TRIANGLE6, numbering)
         groups: dict[str, dict[int, IntArray]] = {}
         for block, (dimension, tags, rows) in enumerate(((3, volumes, owner), (2, faces, side))):
             for k, tag in enumerate(tags):
-                label = _label(dimension, tag)
+                label = solids.label(dimension, tag)
                 if label:
                     own = groups.setdefault(label, {})
                     mine = np.flatnonzero(rows == k)
@@ -121,8 +131,8 @@ def mesh_step(request: MeshRequest) -> FileMesh:
 
 def _ask(size: StepSize) -> None:
     """Tell gmsh the sizes and how to mesh."""
-    gmsh.option.setNumber("Mesh.MeshSizeMax", size.size_m / _UNIT_M)
-    gmsh.option.setNumber("Mesh.MeshSizeMin", size.smallest_m / _UNIT_M)
+    gmsh.option.setNumber("Mesh.MeshSizeMax", size.size_m / solids.UNIT_M)
+    gmsh.option.setNumber("Mesh.MeshSizeMin", size.smallest_m / solids.UNIT_M)
     gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", size.around)
     gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 1)
     gmsh.option.setNumber("Mesh.Algorithm", 6)
@@ -136,65 +146,24 @@ def _imported(path: Path) -> Iterator[list[int]]:
     if not path.is_file():
         raise MeshingError(f"{path.name}: there is no such file")
     with gmsh_session():
-        gmsh.option.setString("Geometry.OCCTargetUnit", _UNIT)
+        gmsh.option.setString("Geometry.OCCTargetUnit", solids.UNIT)
         gmsh.option.setNumber("Geometry.OCCImportLabels", 1)
         try:
             gmsh.model.occ.importShapes(str(path), highestDimOnly=True, format="step")
             gmsh.model.occ.synchronize()
         except Exception as error:  # gmsh raises bare Exception
             raise MeshingError(f"{path.name}: can not be read as STEP: {error}") from error
-        solids = gmsh.model.getEntities(3)
-        if not solids:
+        found = gmsh.model.getEntities(3)
+        if not found:
             raise MeshingError(
                 f"{path.name}: has no solid; a body needs closed volumes, no surfaces alone"
             )
-        if len(solids) > 1:
-            _fragment(solids, [])  # those that touch get common faces
+        if len(found) > 1:
+            solids.fragment(found, [])  # those that touch get common faces
         volumes = [tag for _, tag in gmsh.model.getEntities(3)]
         if not sum(gmsh.model.occ.getMass(3, tag) for tag in volumes) > 0.0:
             raise MeshingError(f"{path.name}: its solids have no volume")
         yield volumes
-
-
-def _imprint(volumes: list[int], request: MeshRequest) -> list[int]:
-    """Cut the solids along the boxes of interfaces; gives the solids that come of it."""
-    turn = np.eye(4)
-    turn[:3, :3] = axis_turn(request).T
-    turn[:3, 3] = np.array(request.origin) * request.unit_m / _UNIT_M
-    boxes = []
-    for interface in request.interfaces:
-        if interface.box_m is None:
-            continue
-        low, high = (np.array(corner) / _UNIT_M for corner in interface.box_m)
-        tag = gmsh.model.occ.addBox(*low, *(high - low))
-        gmsh.model.occ.affineTransform([(3, tag)], turn.ravel().tolist())
-        boxes.append((3, tag))
-    if not boxes:
-        return volumes
-    made = _fragment([(3, tag) for tag in volumes], boxes)
-    outside = [entity for entity in gmsh.model.getEntities(3) if entity not in made]
-    gmsh.model.occ.remove(outside, recursive=True)
-    gmsh.model.occ.synchronize()
-    return [tag for _, tag in gmsh.model.getEntities(3)]
-
-
-def _fragment(solids: list[tuple[int, int]], tools: list[tuple[int, int]]) -> set[tuple[int, int]]:
-    """Cut solids along each other and along tools; gives the pieces of the solids, with labels."""
-    faces = gmsh.model.getEntities(2)
-    given = [*solids, *faces]
-    labels = [_label(*entity) for entity in given]
-    _, came_from = gmsh.model.occ.fragment(solids, [*faces, *tools])
-    gmsh.model.occ.synchronize()
-    for (dimension, _), label, made in zip(given, labels, came_from, strict=False):
-        for entity in made:
-            if label and entity[0] == dimension:
-                gmsh.model.setEntityName(*entity, label)
-    return {entity for made in came_from[: len(solids)] for entity in made}
-
-
-def _label(dimension: int, tag: int) -> str:
-    """Last part of an entity's label; STEP files put assemblies before it."""
-    return str(gmsh.model.getEntityName(dimension, tag)).rsplit("/", 1)[-1].strip()
 
 
 def _has_triangles(tag: int) -> bool:
@@ -205,9 +174,9 @@ def _triangles(tag: int, size: StepSize) -> float:
     """Triangles on a face, by its area and the curvature in its middle."""
     low, high = gmsh.model.getParametrizationBounds(2, tag)
     middle = [0.5 * (a + b) for a, b in zip(low, high, strict=True)]
-    curvature = float(abs(gmsh.model.getCurvature(2, tag, middle)[0])) / _UNIT_M
+    curvature = float(abs(gmsh.model.getCurvature(2, tag, middle)[0])) / solids.UNIT_M
     edge = size.size_m
     if curvature > 0.0:
         edge = min(edge, max(2.0 * np.pi / (curvature * size.around), size.smallest_m))
-    area = float(gmsh.model.occ.getMass(2, tag)) * _UNIT_M**2
+    area = float(gmsh.model.occ.getMass(2, tag)) * solids.UNIT_M**2
     return float(area / (_TRIANGLE * edge**2))

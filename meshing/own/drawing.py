@@ -147,6 +147,11 @@ def local_size_field(local: LocalSize, size: MeshSize, unit_m: float) -> None:
 
     `unit_m`: length [m] that is drawn as 1.
     """
+    set_smallest(local_sizes(local, size, unit_m))
+
+
+def local_sizes(local: LocalSize, size: MeshSize, unit_m: float) -> list[int]:
+    """Size fields of a meridian, in the plane y = 0, of which the smallest value counts."""
     corners = local.points[local.triangles] / unit_m
     z, r = corners[:, :, 0], corners[:, :, 1]
     values = local.size_m[local.triangles] / unit_m
@@ -161,10 +166,31 @@ def local_size_field(local: LocalSize, size: MeshSize, unit_m: float) -> None:
     largest = field.add("Constant")
     field.setNumber(largest, "VIn", size_drawn)
     field.setNumber(largest, "VOut", size_drawn)
-    graded = _graded_fields(_drawn_places(local.places, unit_m), local.growth, size_drawn, 2)
-    minimum = field.add("Min")
-    field.setNumbers(minimum, "FieldsList", [given, largest, *graded])
-    field.setAsBackgroundMesh(minimum)
+    return [given, largest, *graded_fields(local.places, local.growth, size, 2, unit_m)]
+
+
+def set_smallest(fields: list[int]) -> None:
+    """Let the smallest of size fields decide."""
+    gmsh.model.mesh.field.setAsBackgroundMesh(smallest(fields))
+
+
+def smallest(fields: list[int]) -> int:
+    """Size field that is the smallest of others."""
+    minimum = gmsh.model.mesh.field.add("Min")
+    gmsh.model.mesh.field.setNumbers(minimum, "FieldsList", fields)
+    return int(minimum)
+
+
+def bounded(bounds: Iterable[tuple[float, list[int]]], key: str, unit_m: float) -> list[int]:
+    """Size fields that are constant [m] on entities each, which `key` is gmsh's option for."""
+    field = gmsh.model.mesh.field
+    tags = []
+    for bound, entities in bounds:
+        tags.append(field.add("Constant"))
+        field.setNumber(tags[-1], "VIn", drawn_length(bound, unit_m))
+        field.setNumber(tags[-1], "VOut", 1e22)
+        field.setNumbers(tags[-1], key, entities)
+    return tags
 
 
 def _drawn_places(
@@ -177,16 +203,21 @@ def _drawn_places(
     ]
 
 
-def _graded_fields(
-    places: Iterable[tuple[float, float, float]], growth: float, largest: float, dimension: int
+def graded_fields(
+    places: Iterable[tuple[float, float, float]],
+    growth: float,
+    size: MeshSize,
+    dimension: int,
+    unit_m: float,
 ) -> list[int]:
-    """Size fields that grow with the distance from places (z, r, h), of circles in 3D.
+    """Size fields that grow with the distance from places (z, r, h) [m], of circles in 3D.
 
     In the plane a ball does it, which gmsh evaluates ten times faster than an expression.
     """
+    largest = drawn_length(size.size_m, unit_m)
     field = gmsh.model.mesh.field
     tags = []
-    for z, r, h in places:
+    for z, r, h in _drawn_places(places, unit_m):
         if dimension == 2:
             tags.append(field.add("Ball"))
             settings = {"XCenter": r, "YCenter": 0.0, "ZCenter": z, "Radius": 1e-9 * largest}
@@ -208,21 +239,12 @@ def size_fields(
     `entities`: tags of the drawn faces (2D) or of the volumes swept by them (3D), in the order of
     the subdivision's faces. `unit_m`: length [m] that is drawn as 1.
     """
-    field = gmsh.model.mesh.field
     dimension = 3 if gmsh.model.getEntities(3) else 2
     key = "VolumesList" if dimension == 3 else "SurfacesList"
-    tags = []
     bounds = face_bounds(body, subdivision, size, dimension)
-    for entity, bound in zip(entities, bounds, strict=True):
-        tags.append(field.add("Constant"))
-        field.setNumber(tags[-1], "VIn", drawn_length(bound, unit_m))
-        field.setNumber(tags[-1], "VOut", 1e22)
-        field.setNumbers(tags[-1], key, [entity])
-    places = _drawn_places(graded_places(body, subdivision, size), unit_m)
-    tags += _graded_fields(places, size.growth, drawn_length(size.size_m, unit_m), dimension)
-    minimum = field.add("Min")
-    field.setNumbers(minimum, "FieldsList", tags)
-    field.setAsBackgroundMesh(minimum)
+    tags = bounded(zip(bounds, ([e] for e in entities), strict=True), key, unit_m)
+    places = graded_places(body, subdivision, size)
+    set_smallest([*tags, *graded_fields(places, size.growth, size, dimension, unit_m)])
 
 
 def face_bounds(

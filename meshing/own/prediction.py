@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -35,6 +36,8 @@ _CHANGE = 0.7
 _PARTS = 8
 # No piece is divided more often: a corner 2^-40 as large as the body is no corner.
 _DIVISIONS = 40
+#: Meridian, revolved meridian, or tetrahedra of a mesher.
+MeshKind = Literal["harmonic", "revolved", "solid"]
 _Density = Callable[[FloatArray, FloatArray], FloatArray]
 
 
@@ -50,36 +53,63 @@ class PredictedMesh:
     facets: int
     #: Places that the element size is graded to; each costs the mesher time at every vertex
     graded_places: int
+    #: Of half a sector: the mesh of each of its two cut faces
+    cut_face: PredictedMesh | None = None
 
     def unknowns(self, degree: int) -> int:
         """Three displacements at every node of continuous elements of an order.
 
-        `degree`: polynomial degree p of the displacement, 1 or more: p - 1 nodes inside an edge,
-        (p-1)(p-2)/2 inside a triangle, (p-1)(p-2)(p-3)/6 inside a tetrahedron.
+        Half a sector has the two parts of its fields, on a cut face half of each.
+
+        `degree`: polynomial degree p of the displacement, 1 or more.
         """
+        if self.cut_face is None:
+            return 3 * self._nodes(degree)
+        return 6 * (self._nodes(degree) - self.cut_face._nodes(degree))
+
+    def _nodes(self, degree: int) -> int:
+        """Add p - 1 nodes in an edge, (p-1)(p-2)/2 in a triangle, (p-1)(p-2)(p-3)/6 in a cell."""
         p, solid = degree, self.dimension == 3
         triangles = self.facets if solid else self.cells
         nodes = self.vertices + self.edges * (p - 1) + triangles * (p - 1) * (p - 2) // 2
         if solid:
             nodes += self.cells * (p - 1) * (p - 2) * (p - 3) // 6
-        return 3 * nodes
+        return nodes
 
 
-def predict_mesh(body: Body, size: MeshSize, dimension: int) -> PredictedMesh:
-    """Predict the numbers of a mesh: a meridian within a factor 1.5, a solid within 2.
+def predict_mesh(body: Body, size: MeshSize, kind: MeshKind) -> PredictedMesh:
+    """Predict the numbers of a mesh: a meridian, revolved or not, within a factor 1.5.
 
-    `dimension`: 2: meridian, 3: solid. Raises GeometryError: an invalid body.
+    `kind`: "solid" is a sector of a body with features. Raises GeometryError: an invalid body.
 
     Where a section is thinner than its elements are long, the edges (triangles) of its outline
     count instead. Vertices, edges and facets are related by Euler's formula.
     """
     subdivision = merge_fillets(subdivide(body))
     places = np.array(graded_places(body, subdivision, size)).reshape(-1, 3)
-    bounds = face_bounds(body, subdivision, size, dimension)
+    bounds = face_bounds(body, subdivision, size, 3 if kind == "solid" else 2)
     meridian = _meridian(subdivision, places, size.growth, bounds)
-    if dimension == 2:
+    if kind == "harmonic":
         return meridian
+    if kind == "revolved":
+        return predict_revolved(meridian)
     return _solid(subdivision, places, size.growth, bounds, meridian)
+
+
+def predict_revolved(meridian: PredictedMesh) -> PredictedMesh:
+    """Predict the numbers of half a sector from those of its meridian.
+
+    Triangles become prisms of three tetrahedra; that the axis does not move is left out.
+    """
+    return PredictedMesh(
+        dimension=3,
+        cells=3 * meridian.cells,
+        vertices=2 * meridian.vertices,
+        edges=3 * meridian.edges + meridian.vertices,
+        facets=4 * meridian.cells + 2 * meridian.edges,
+        graded_places=meridian.graded_places,
+        cut_face=meridian,
+    )
 
 
 def predict_refined(local: LocalSize) -> PredictedMesh:

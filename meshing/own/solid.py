@@ -133,7 +133,7 @@ def _facets_of_curves(
             continue  # a cut face
         meridian = np.column_stack([x[:, 2], np.hypot(x[:, 0], x[:, 1])])
         for c in wanted:
-            if _distance_to_curve(subdivision, c, meridian) < 1e-7 * scale:
+            if distance_to_curve(subdivision, c, meridian) < 1e-7 * scale:
                 found[c].append(triangles)
     for c, blocks in found.items():
         if not blocks:
@@ -142,7 +142,7 @@ def _facets_of_curves(
     return {c: np.vstack(blocks) for c, blocks in found.items()}
 
 
-def _distance_to_curve(subdivision: Subdivision, index: int, points: FloatArray) -> float:
+def distance_to_curve(subdivision: Subdivision, index: int, points: FloatArray) -> float:
     """Largest distance of meridian points from a curve."""
     curve = subdivision.curves[index]
     a, b = subdivision.points[curve.start], subdivision.points[curve.end]
@@ -204,5 +204,5 @@ def _outline(subdivision: Subdivision, points: FloatArray) -> IntArray:
     on = np.zeros(len(cut), dtype=bool)
     for c in subdivision.boundary:
         for k in np.flatnonzero(~on):
-            on[k] = _distance_to_curve(subdivision, c, meridian[k : k + 1]) < 1e-7 * scale
+            on[k] = distance_to_curve(subdivision, c, meridian[k : k + 1]) < 1e-7 * scale
     return np.asarray(cut[on])

@@ -9,9 +9,10 @@ from pathlib import Path
 import gmsh
 import numpy as np
 
-from solidwhirl.geometry import Body, merge_fillets, subdivide
+from solidwhirl.geometry import Blade, Body, merge_fillets, subdivide
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.own.drawing import draw, gmsh_session
+from solidwhirl.meshing.own.feature_solids import feature_solid
 from solidwhirl.rotordyn.core.atomic import replacing
 
 # Unit of a STEP file by its length [m], as gmsh names it.
@@ -23,11 +24,12 @@ _PRODUCT = re.compile(r"'Open CASCADE STEP translator [0-9.]+ [0-9]+(?:\.([0-9]+
 
 
 def write_step(bodies: Sequence[Body], path: Path, *, unit_m: float = 1e-3) -> tuple[str, ...]:
-    """Write bodies of revolution as closed solids, one for every region of one material.
+    """Write bodies as closed solids, one for every region of one material.
 
-    `bodies`: the bodies, with their fillets. Rigid disks are no geometry and are left out. `path`:
-    the file; it appears when it is complete. `unit_m`: unit of its coordinates: 1e-3 (millimetres)
-    or 1. Result: names of the solids, body_material. Raises GeometryError: an invalid body.
+    `bodies`: the bodies, with their fillets, blades, holes and slots. Rigid disks are no geometry
+    and are left out. `path`: the file; it appears when it is complete. `unit_m`: unit of its
+    coordinates: 1e-3 (millimetres) or 1. Result: names of the solids, body_material. Raises
+    GeometryError: an invalid body.
     Raises MeshingError: the kernel made no closed solids.
     """
     if unit_m not in _UNITS:
@@ -68,13 +70,45 @@ def _revolved(body: Body, unit_m: float) -> list[tuple[int, str]]:
             swept = occ.revolve([(2, tag)], 0, 0, 0, 0, 0, 1, 2.0 * np.pi)
             name = f"{body.name}_{subdivision.materials[material].name}"
             solids += [(t, name) for dimension, t in swept if dimension == 3]
-    found = sum(occ.getMass(3, tag) for tag, _ in solids)
+    solids, more = _with_features(body, solids, unit_m)
+    found, expected = sum(occ.getMass(3, tag) for tag, _ in solids), expected + more
     if not solids or abs(found / expected - 1.0) > _SAME_VOLUME:
         raise MeshingError(
             f"body {body.name!r}: the CAD kernel made {len(solids)} solids of {found:.9g} in "
             f"place of {expected:.9g} cubed units"
         )
     return solids
+
+
+def _with_features(
+    body: Body, solids: list[tuple[int, str]], unit_m: float
+) -> tuple[list[tuple[int, str]], float]:
+    """Solids with all features cut out or joined on, and the volume that this should add."""
+    occ = gmsh.model.occ
+    more = 0.0
+    for feature in body.features:
+        copies = feature_solid(feature, body, np.radians(feature.angle_deg), unit_m)
+        drawn = [(3, tag) for tag, _ in solids]
+        if isinstance(feature, Blade):
+            more += feature.count * occ.getMass(*copies[0])
+        else:
+            common = occ.intersect(occ.copy(copies), drawn, removeTool=False)[0]
+            more -= feature.count * sum(occ.getMass(*pair) for pair in common)
+            occ.remove(common, recursive=True)
+        for k in range(1, feature.count):
+            copies += occ.copy(copies[:1])
+            occ.rotate(copies[-1:], 0, 0, 0, 0, 0, 1, 2.0 * np.pi * k / feature.count)
+        if isinstance(feature, Blade):
+            name = f"{body.name}_{feature.material.name}"
+            same = [(3, tag) for tag, own in solids if own == name]
+            joined = occ.fuse(same, copies)[0] if same else copies
+            solids = [(tag, own) for tag, own in solids if own != name]
+            solids += [(tag, name) for _, tag in joined]
+        else:
+            parts = occ.cut(drawn, copies)[1][: len(solids)]
+            cut = zip(solids, parts, strict=True)
+            solids = [(tag, name) for (_, name), own in cut for _, tag in own]
+    return solids, more
 
 
 def _named(text: str, whole: str, names: Sequence[str]) -> str:

@@ -20,8 +20,8 @@ from solidwhirl.reduction.basis.overspeed import MAXIMUM_HOOP_STRAIN, refuse_ove
 from solidwhirl.reduction.operators.matrices import BodyOperators
 from solidwhirl.reduction.operators.solver_choice import Solver
 from solidwhirl.reduction.solvers.constrained import ConstrainedFactor
-from solidwhirl.reduction.solvers.vectors import apply, inner, project, symmetric
-from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.reduction.solvers.vectors import apply, energies, inner, project, squares, symmetric
+from solidwhirl.rotordyn.core.arrays import FloatArray, Matrix
 
 __all__ = ["MAXIMUM_HOOP_STRAIN", "Basis", "orthogonality_error", "reduction_basis"]
 
@@ -35,19 +35,19 @@ _DEPENDENT = 1e-14
 class Basis:
     """Reduction basis of one family, columns [constraint modes, interior modes]."""
 
-    vectors: FloatArray  #: (local û, b + m)
+    vectors: Matrix  #: (local û, b + m)
     interface_count: int
     #: (m,) squared angular frequencies of the interior vectors (Rayleigh-Ritz, at rest) [1/s²]
     eigenvalues: FloatArray
     fixed_eigenvalues: FloatArray  #: (k,) those of the fixed-interface modes at rest, k <= m
-    fixed_vectors: FloatArray  #: (local û, k) these modes, M-orthonormal
+    fixed_vectors: Matrix  #: (local û, k) these modes, M-orthonormal
     #: Lowest eigenvalue of a fixed-interface mode at rest that is not in the basis, or the highest
     #: that is, whichever is known [1/s²]
     omitted_eigenvalue: float
     factor: Solver  #: Solver of K - shift M at rest with the interfaces held
     shift: float  #: 0, or a small negative number [1/s²] where rigid motions are not held
     #: (local û, f) rigid motions that the interfaces do not hold; they lie in the basis
-    free: FloatArray
+    free: Matrix
     solved: tuple[str, ...]
     #: Of all fixed-interface modes at rest that were computed, those of other circumferential
     #: orders too, rising
@@ -80,14 +80,14 @@ def reduction_basis(
     rows, all_rows = operators.coupling.rows, operators.coupling.held
     free = _unrestrained(operators, all_rows)
     shift = -reference_eigenvalue(operators) if free.shape[1] else 0.0
-    kept = (orders or None) if operators.level == "solid" else None
+    kept = (orders or None) if operators.harmonic is None else None
     problem = fixed_modes.HeldProblem(
         operators=operators, rows=all_rows, free=free, shift=shift, modes=modes, orders=kept
     )
     factor = fixed_modes.held_solver(problem)
     direct = isinstance(factor, ConstrainedFactor)
     solved = ["factorisation at rest" if direct else "multigrid at rest"]
-    constraint = _constraint_modes(factor, rows.shape[1], all_rows.shape[1], len(rows))
+    constraint = _constraint_modes(factor, rows, all_rows.shape[1])
     candidates = []
     if rows.shape[1]:
         # what the inertia of the constraint modes bends between the interfaces, statically
@@ -142,28 +142,29 @@ def _modes_at(
 def _unrestrained(operators: BodyOperators, rows: FloatArray) -> FloatArray:
     """Rigid motions (local û, f) that the rows do not hold."""
     motions = np.column_stack(list(operators.rigid_motions.values()) or [rows[:, :0]])
-    motions = motions if operators.rigid_motions else np.empty((len(rows), 0))
+    motions = motions if operators.rigid_motions else rows[:, :0]
     if not motions.shape[1]:
         return motions
     comm = operators.comm
     gram = project(operators.mass, motions, comm)
-    motions = motions @ np.linalg.inv(np.linalg.cholesky(gram)).T
+    motions = motions @ np.linalg.inv(np.linalg.cholesky(gram)).conj().T
     if not rows.shape[1]:
         return motions
-    length = np.sqrt(np.diag(inner(rows, rows, comm)))
+    length = np.sqrt(squares(rows, rows, comm))
     held = inner(rows / length, motions, comm)
     _, s, vt = np.linalg.svd(held)
     rank = int(np.sum(s > 1e-9 * s.max()))
-    return motions @ vt[rank:].T
+    return np.asarray(motions @ vt[rank:].conj().T)
 
 
-def _constraint_modes(factor: Solver, count: int, border: int, local: int) -> FloatArray:
+def _constraint_modes(factor: Solver, rows: Matrix, border: int) -> Matrix:
     """Displacement for a unit value of every interface coordinate, the others held."""
+    count = rows.shape[1]
     if not count:
-        return np.empty((local, 0))
-    values = np.zeros((border, count))
+        return rows
+    values = np.zeros((border, count), dtype=rows.dtype)
     values[:count, :count] = np.eye(count)
-    return factor.solve(None, values)[:local]
+    return factor.solve(None, values)[: len(rows)]
 
 
 def _apart(operators: BodyOperators, constraint: FloatArray) -> FloatArray:
@@ -172,7 +173,7 @@ def _apart(operators: BodyOperators, constraint: FloatArray) -> FloatArray:
     Those of interfaces near each other are large and nearly opposite; their sum would be lost.
     """
     gram = project(operators.mass, constraint, operators.comm)
-    length = np.sqrt(np.diag(gram))
+    length = np.sqrt(np.diag(gram).real)
     s, q = np.linalg.eigh(symmetric(gram / np.outer(length, length)))
     return np.asarray(constraint @ (q / np.sqrt(np.maximum(s, _DEPENDENT)) / length[:, None]))
 
@@ -184,7 +185,7 @@ def _prestress_matters(operators: BodyOperators, modes: FloatArray, speed: float
     comm = operators.comm
     change = project(operators.stress_stiffening, modes, comm)
     change -= project(operators.spin_softening, modes, comm)
-    stiffness = np.sqrt(np.diag(project(operators.stiffness, modes, comm)))
+    stiffness = np.sqrt(energies(operators.stiffness, modes, comm))
     relative = speed**2 * np.abs(change) / np.outer(stiffness, stiffness)
     return bool(relative.max() > _PRESTRESS_MATTERS)
 

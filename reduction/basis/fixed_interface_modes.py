@@ -18,11 +18,12 @@ from solidwhirl.reduction.solvers.constrained import ConstrainedFactor, eigenpai
 from solidwhirl.reduction.solvers.iterative_modes import iterative_pairs
 from solidwhirl.reduction.solvers.multigrid import ConstrainedIteration
 from solidwhirl.reduction.solvers.slepc_modes import slepc_pairs
-from solidwhirl.reduction.solvers.vectors import project
-from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray
+from solidwhirl.reduction.solvers.vectors import Operator, energies
+from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, Matrix
 
-# All matrices of a body come from one space; the stiffness has all entries that others have.
+# All matrices of a body come from one space; the stiffness has all entries that the mass has.
 _SAME = PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN
+_DIFFERENT = PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN
 # Eigenvalues of fixed-interface modes below this part of the reference eigenvalue are none.
 _NO_STIFFNESS = 1e-3
 # Modes that are computed beyond those asked for, to know where a cluster ends, and one direction
@@ -41,8 +42,8 @@ class HeldProblem:
     """A body with its interfaces held, and which of its modes are wanted."""
 
     operators: BodyOperators
-    rows: FloatArray  #: (local, b) constraint rows
-    free: FloatArray  #: (local, f) M-orthonormal rigid motions that the rows do not hold
+    rows: Matrix  #: (local, b) constraint rows
+    free: Matrix  #: (local, f) M-orthonormal rigid motions that the rows do not hold
     shift: float  #: 0, or a small negative number [1/s²] where there are such motions
     modes: int
     #: Circumferential orders of a solid's modes that are told apart; None: all are wanted
@@ -60,11 +61,11 @@ class HeldModes:
 
     #: (m,) rising [1/s²], (local, m)
     eigenvalues: FloatArray
-    vectors: FloatArray
+    vectors: Matrix
     asked: int
     beyond: float  #: The next eigenvalue, or the last one of the list
     #: Vectors and eigenvalues of all orders that were found
-    every: FloatArray
+    every: Matrix
     known: FloatArray
 
 
@@ -112,7 +113,9 @@ def interior_modes(
     among many.
     """
     operators, orders, wanted = problem.operators, problem.orders, problem.wanted
-    available = operators.mass.getSize()[0] - problem.rows.shape[1] - problem.free.shape[1]
+    parts = 2 if np.iscomplexobj(problem.rows) else 1
+    unknowns = operators.mass.getSize()[0] // parts
+    available = unknowns - problem.rows.shape[1] - problem.free.shape[1]
     if wanted + _BEYOND > available:
         families = 1 if orders is None else 2
         raise ReductionError(
@@ -161,7 +164,7 @@ def _pairs(
     operators = problem.operators
     if isinstance(factor, ConstrainedIteration):
         return iterative_pairs(factor, operators.mass, count=count, start=start)
-    solve = eigenpairs if operators.level == "solid" else slepc_pairs
+    solve = slepc_pairs if operators.level == "harmonic" else eigenpairs
     return solve(factor, operators.mass, shift=problem.shift, count=count, deflate=problem.free)
 
 
@@ -170,14 +173,18 @@ def modes_from_rest(
 ) -> tuple[FloatArray, int] | None:
     """Modes of a solid at speed without another factorisation; None where that is not safe."""
     operators, orders, free = problem.operators, problem.orders, problem.free
-    if orders is None or free.shape[1] or isinstance(factor, ConstrainedIteration):
+    if operators.level == "harmonic" or isinstance(factor, ConstrainedIteration):
+        return None
+    if free.shape[1] and operators.harmonic is None:
         return None
     body = Spinning(operators=operators, speed_rad_s=speed, factor=factor, free=free)
     if body.remaining_stiffness < MARGIN:
         return None
 
-    def wanted(values: FloatArray, vectors: FloatArray) -> BoolArray:
-        squared = np.diag(project(operators.circulation, vectors, operators.comm))
+    def wanted(values: FloatArray, vectors: Matrix) -> BoolArray:
+        if orders is None:
+            return np.arange(len(values)) < problem.wanted
+        squared = energies(operators.circulation, vectors, operators.comm)
         of_order = np.flatnonzero(merging.is_of_order(squared, orders))
         out = np.zeros(len(values), dtype=bool)
         if len(of_order):
@@ -188,6 +195,8 @@ def modes_from_rest(
     found = modes_at_speed(body, at_rest, wanted)
     if found is None:
         return None
+    if orders is None:
+        return found[1][:, : problem.wanted], found[2]
     values, vectors = merging.modes_of_orders(operators, found[0], found[1], orders)
     whole = merging.whole_clusters(values, problem.wanted, float(found[0].max()))
     return vectors[:, :whole], found[2]
@@ -228,6 +237,11 @@ def modes_with_own_solver(
 def _spinning_stiffness(operators: BodyOperators, speed: float) -> Any:
     """K + Ω² (Kσ - S)."""
     matrix = operators.stiffness.copy()
-    matrix.axpy(speed**2, operators.stress_stiffening, _SAME)
-    matrix.axpy(-(speed**2), operators.spin_softening, _SAME)
+    for factor, part in ((1.0, operators.stress_stiffening), (-1.0, operators.spin_softening)):
+        if isinstance(part, Operator):
+            whole = part.folded()
+            matrix.axpy(factor * speed**2, whole, _DIFFERENT)
+            whole.destroy()
+        else:
+            matrix.axpy(factor * speed**2, part, _SAME)
     return matrix

@@ -8,8 +8,15 @@ from solidwhirl.reduction.basis.craig_bampton import Basis
 from solidwhirl.reduction.errors import ReductionError
 from solidwhirl.reduction.operators.kinematics import COMPONENTS
 from solidwhirl.reduction.operators.matrices import BodyOperators
-from solidwhirl.reduction.solvers.vectors import apply, inner, symmetric
-from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray
+from solidwhirl.reduction.solvers.vectors import (
+    apply,
+    diagonal,
+    energies,
+    inner,
+    squares,
+    symmetric,
+)
+from solidwhirl.rotordyn.core.arrays import BoolArray, Matrix
 
 # Largest part of a rigid motion, in kinetic energy, that the basis may miss.
 _MISSED = 1e-12
@@ -17,7 +24,7 @@ _MISSED = 1e-12
 _ROUNDING = 1e-10
 
 
-def rigid_coefficients(operators: BodyOperators, basis: Basis) -> tuple[FloatArray, BoolArray]:
+def rigid_coefficients(operators: BodyOperators, basis: Basis) -> tuple[Matrix, BoolArray]:
     """Return the reduced coordinates of the rigid motions about the origin.
 
     Returns rigid: (n, 6) coordinates of the motions ux ... rz of the first family; zero where
@@ -28,7 +35,7 @@ def rigid_coefficients(operators: BodyOperators, basis: Basis) -> tuple[FloatArr
     """
     comm, b = operators.comm, basis.interface_count
     n = basis.vectors.shape[1]
-    rigid, present = np.zeros((n, 6)), np.zeros(6, dtype=bool)
+    rigid, present = np.zeros((n, 6), dtype=basis.vectors.dtype), np.zeros(6, dtype=bool)
     constraint, interior = basis.vectors[:, :b], basis.vectors[:, b:]
     weighted = apply(operators.mass, interior)
     gram = symmetric(inner(interior, weighted, comm))
@@ -38,15 +45,15 @@ def rigid_coefficients(operators: BodyOperators, basis: Basis) -> tuple[FloatArr
         left = motion - constraint @ at
         fit = np.linalg.solve(gram, inner(weighted, left[:, None], comm)[:, 0])
         pair = np.column_stack([left - interior @ fit, motion])
-        size = np.diag(inner(pair, apply(operators.mass, pair), comm))
+        size = energies(operators.mass, pair, comm)
         if size[0] < _MISSED * size[1]:
             rigid[:, k], present[k] = np.concatenate([at, fit]), True
     return rigid, present
 
 
 def without_rigid_force(
-    operators: BodyOperators, stiffness: FloatArray, mass: FloatArray, rigid: FloatArray
-) -> FloatArray:
+    operators: BodyOperators, stiffness: Matrix, mass: Matrix, rigid: Matrix
+) -> Matrix:
     """Return the reduced stiffness, projected on motions that are M-orthogonal to the rigid ones.
 
     K R = 0 holds on the mesh but for the rounding of its stiffest entries, which a soft body shows
@@ -65,20 +72,20 @@ def without_rigid_force(
             f"less than {_ROUNDING:g}"
         )
     keep = straining_part(mass, rigid)
-    return symmetric(keep.T @ stiffness @ keep)
+    return symmetric(keep.conj().T @ stiffness @ keep)
 
 
-def straining_part(mass: FloatArray, rigid: FloatArray) -> FloatArray:
+def straining_part(mass: Matrix, rigid: Matrix) -> Matrix:
     """Return the projection of motions on those that are M-orthogonal to the rigid ones.
 
     `mass`: (n, n) reduced matrix. `rigid`: (n, 6) rigid motions; columns of zeros are absent.
-    Result: (n, n) I - R (Rᵀ M R)⁻¹ Rᵀ M.
+    Result: (n, n) I - R (Rᴴ M R)⁻¹ Rᴴ M.
     """
     motions = rigid[:, rigid.any(axis=0)]
     if not motions.shape[1]:
         return np.eye(len(mass))
     momentum = mass @ motions
-    held = np.linalg.solve(motions.T @ momentum, momentum.T)
+    held = np.linalg.solve(motions.conj().T @ momentum, momentum.conj().T)
     return np.asarray(np.eye(len(mass)) - motions @ held)
 
 
@@ -89,6 +96,6 @@ def rigid_force(operators: BodyOperators) -> float:
     comm = operators.comm
     motions = np.column_stack(list(operators.rigid_motions.values()))
     force = apply(operators.stiffness, motions)
-    diagonal = operators.stiffness.getDiagonal().array_r[:, None] * motions
-    squares = [np.diag(inner(a, a, comm)) for a in (force, diagonal)]
-    return float(np.sqrt((squares[0] / squares[1]).max()))
+    own = diagonal(operators.stiffness, motions)[:, None] * motions
+    sizes = [squares(a, a, comm) for a in (force, own)]
+    return float(np.sqrt((sizes[0] / sizes[1]).max()))

@@ -6,9 +6,8 @@ import numpy as np
 import scipy.linalg
 
 from solidwhirl.reduction.operators.matrices import BodyOperators
-from solidwhirl.reduction.operators.symmetry import LATERAL
-from solidwhirl.reduction.solvers.vectors import apply, inner, project, symmetric
-from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray
+from solidwhirl.reduction.solvers.vectors import apply, diagonal, inner, project, squares, symmetric
+from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, Matrix
 
 # New directions shorter than this are the same vector twice: what is dropped changes the elastic
 # energy by its square, what is kept has its round-off divided by it. The kinetic energy of a mode
@@ -23,8 +22,6 @@ _INERTIA = 1e3
 # A mesh that is the same after a quarter turn mixes order 0 with order 4, whose J² is 16, and no
 # other order lies between 0 and 1.
 _ORDER_TOLERANCE, _ORDER_ZERO = 0.25, 0.7
-# J² halfway between orders 1 and 3.
-_ODD_HALF = 5.0
 
 
 def is_of_order(squared: FloatArray, orders: tuple[int, ...]) -> BoolArray:
@@ -34,35 +31,25 @@ def is_of_order(squared: FloatArray, orders: tuple[int, ...]) -> BoolArray:
     return np.any([np.abs(order - n) < near[n] for n in orders], axis=0)  # type: ignore[no-any-return]
 
 
-def _is_kept(operators: BodyOperators, squared: FloatArray, orders: tuple[int, ...]) -> BoolArray:
-    """Whether directions of the basis are of the wanted orders.
-
-    A direction is no mode: in what a coarse mesh mixes of orders 1 and 3 the modes of order 1 have
-    a part, which they would lose. Among fields of odd orders alone the greater part decides.
-    """
-    if orders == (1,) and operators.ingredients.kinematics.symmetry == LATERAL:
-        return squared < _ODD_HALF
-    return is_of_order(squared, orders)
-
-
 def reference_eigenvalue(operators: BodyOperators) -> float:
     """A small squared frequency: 1e-9 of a mean of K_ii/M_ii, far below the elastic modes.
 
     It is the harmonic mean: one stiff part must not lift it to the modes of the rest.
     """
-    rates = operators.mass.getDiagonal().array_r / operators.stiffness.getDiagonal().array_r
+    real = np.empty((0, 0))
+    rates = diagonal(operators.mass, real) / diagonal(operators.stiffness, real)
     comm = operators.comm
     return float(1e-9 * comm.allreduce(len(rates)) / comm.allreduce(float(rates.sum())))
 
 
 def merged(
     operators: BodyOperators,
-    free: FloatArray,
-    blocks: list[FloatArray],
+    free: Matrix,
+    blocks: list[Matrix],
     orders: tuple[int, ...] | None,
     *,
     exact: int = 0,
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[Matrix, FloatArray]:
     """M-orthonormal interior vectors without duplicates, and their Rayleigh-Ritz eigenvalues.
 
     The rigid motions that the interfaces leave free, M-orthonormal, come first and as they are:
@@ -86,32 +73,29 @@ def merged(
     # a second pass takes out the round-off of the first
     basis -= free @ inner(inertia, basis, comm)
     gram = symmetric(project(operators.mass, basis, comm))
-    basis = basis @ np.linalg.inv(np.linalg.cholesky(gram)).T
+    basis = basis @ np.linalg.inv(np.linalg.cholesky(gram)).conj().T
     if orders is not None:
         squared, turn = np.linalg.eigh(symmetric(project(operators.circulation, basis, comm)))
-        basis = basis @ turn[:, _is_kept(operators, squared, orders)]
+        basis = basis @ turn[:, is_of_order(squared, orders)]
     values, turn = np.linalg.eigh(symmetric(project(operators.stiffness, basis, comm)))
     basis = np.hstack([free, _turned_columns(basis, turn)])
     return basis, np.concatenate([np.zeros(f), values])
 
 
-def _independent(operators: BodyOperators, blocks: list[FloatArray], exact: int) -> FloatArray:
+def _independent(operators: BodyOperators, blocks: list[Matrix], exact: int) -> Matrix:
     """Directions of all blocks, orthonormal in energy; block Gram-Schmidt, each twice."""
     comm = operators.comm
     low = _small_eigenvalue(operators, blocks[1:])
 
-    def energy(block: FloatArray) -> FloatArray:
-        return apply(operators.stiffness, block) + low * apply(operators.mass, block)
+    def energy(block: Matrix) -> Matrix:
+        return np.asarray(apply(operators.stiffness, block) + low * apply(operators.mass, block))
 
-    basis = np.empty((len(blocks[0]), 0))
+    basis = blocks[0][:, :0]
     loaded = basis
     for at, block in enumerate(blocks):
         if not block.shape[1]:
             continue
-        # of all ranks before the root: the part of one rank may be negative
-        squared = np.einsum("ij,ij->j", block, energy(block))
-        squared = comm.allreduce(squared) if comm.size > 1 else squared
-        size = np.sqrt(np.maximum(squared, 0.0))
+        size = np.sqrt(np.maximum(squares(block, energy(block), comm), 0.0))
         new = block[:, size > 0.0] / size[size > 0.0]
         for _ in range(2):
             new = new - basis @ inner(loaded, new, comm)
@@ -122,7 +106,7 @@ def _independent(operators: BodyOperators, blocks: list[FloatArray], exact: int)
     return basis
 
 
-def _small_eigenvalue(operators: BodyOperators, blocks: list[FloatArray]) -> float:
+def _small_eigenvalue(operators: BodyOperators, blocks: list[Matrix]) -> float:
     """A squared frequency for the inertia in the energy, no larger than the lowest of the vectors.
 
     With finer elements the reference rises, and of slender bodies it passes the lowest modes: what
@@ -132,16 +116,16 @@ def _small_eigenvalue(operators: BodyOperators, blocks: list[FloatArray]) -> flo
     low = _INERTIA * reference_eigenvalue(operators)
     for block in (b for b in blocks if b.shape[1]):
         forces = [apply(m, block) for m in (operators.stiffness, operators.mass)]
-        k, m = (comm.allreduce(np.einsum("ij,ij->j", block, f)) for f in forces)
+        k, m = (squares(block, f, comm) for f in forces)
         bent = k > reference_eigenvalue(operators) * m
         low = min(low, float((k[bent] / m[bent]).min(initial=low)))
     return low
 
 
-def _turned_columns(basis: FloatArray, turn: FloatArray) -> FloatArray:
+def _turned_columns(basis: Matrix, turn: Matrix) -> FloatArray:
     """Rotate columns and fix their sign (largest entry of the turn positive)."""
-    signs = np.sign(turn[np.abs(turn).argmax(axis=0), np.arange(turn.shape[1])])
-    return np.asarray(basis @ (turn * signs))
+    largest = turn[np.abs(turn).argmax(axis=0), np.arange(turn.shape[1])]
+    return np.asarray(basis @ (turn * (largest.conj() / np.abs(largest))))
 
 
 #: Modes this near in λ are one cluster: their directions are not determined.
@@ -163,7 +147,7 @@ def whole_clusters(values: FloatArray, wanted: int, highest: float) -> int:
 
 
 def modes_of_orders(
-    operators: BodyOperators, values: FloatArray, vectors: FloatArray, orders: tuple[int, ...]
+    operators: BodyOperators, values: FloatArray, vectors: Matrix, orders: tuple[int, ...]
 ) -> tuple[FloatArray, FloatArray]:
     """Modes of the wanted circumferential orders, by the Rayleigh quotient of J².
 

@@ -12,8 +12,8 @@ from solidwhirl.reduction.operators.solver_choice import Solver, block_places, p
 from solidwhirl.reduction.solvers.block_krylov import krylov_pairs
 from solidwhirl.reduction.solvers.constrained import factorise
 from solidwhirl.reduction.solvers.hierarchy import BlockPlaces
-from solidwhirl.reduction.solvers.vectors import apply
-from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.reduction.solvers.vectors import apply, inner
+from solidwhirl.rotordyn.core.arrays import FloatArray, Matrix
 
 #: Hoop strain beyond which a centrifugal field computed on the undeformed shape is refused.
 MAXIMUM_HOOP_STRAIN = 0.05
@@ -83,20 +83,28 @@ def speed_without_stiffness(operators: BodyOperators, free: FloatArray) -> float
 
 
 def softest_direction(
-    operators: BodyOperators, factor: Solver, free: FloatArray, tolerance: float
+    operators: BodyOperators, factor: Solver, free: Matrix, tolerance: float, least: float = 0.0
 ) -> tuple[float, float]:
     """Lowest θ of (Kσ - S) x = θ K x of the held body, and its possible error.
 
-    `factor`: solver of K at rest, without a shift. `free`: (local, f) what is left out. Returns
-    inf where rotation leaves the stiffness as it is.
+    `factor`: solver of K at rest. `free`: (local, f) what is left out. `tolerance`: of θ, or of
+    `least` where |θ| is smaller. Returns inf where rotation leaves the stiffness as it is.
     """
+    momentum = apply(operators.mass, free)
+
+    def softened(block: Matrix) -> Matrix:
+        # rounding moves a free body as a whole
+        moved = factor.solve(centrifugal_load(operators, block), None)[: len(block)]
+        return np.asarray(moved - free @ inner(momentum, moved, operators.comm))
+
     theta, _, left = krylov_pairs(
-        lambda block: factor.solve(centrifugal_load(operators, block), None)[: len(block)],
+        softened,
         operators.stiffness,
         first=np.argsort,
         count=1,
         tolerance=tolerance,
-        outside=free,
+        least=least,
+        outside=free[:, :0],
     )
     return (float(theta[0]), float(left[0])) if len(theta) else (float(np.inf), 0.0)
 
@@ -110,7 +118,7 @@ def solver_of(
         matrix,
         rows,
         lambda: operator_places(operators),
-        choice=operators.ingredients.effects.solver if operators.level == "solid" else "direct",
+        choice=operators.ingredients.effects.solver if operators.harmonic is None else "direct",
         free=free,
         momentum=apply(operators.mass, free),
         shift=shift,
@@ -118,10 +126,11 @@ def solver_of(
 
 
 def operator_places(operators: BodyOperators) -> BlockPlaces:
-    """Places of the unknowns û of a solid in blocks of three."""
-    kept = operators.coupling.kept
-    masters = {c: motion[len(kept) :] for c, motion in operators.rigid_motions.items()}
-    return block_places(operators.space, operators.ingredients.kinematics, kept, masters)
+    """Places of the unknowns û of a whole solid in blocks of three."""
+    unknowns = operators.coupling.unknowns
+    free = len(unknowns.norms)
+    masters = {c: motion[free:] for c, motion in operators.rigid_motions.items()}
+    return block_places(operators.space, operators.ingredients.kinematics, unknowns, masters)
 
 
 def centrifugal_load(operators: BodyOperators, block: FloatArray) -> FloatArray:

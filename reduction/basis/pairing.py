@@ -13,7 +13,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import scipy.linalg
 
 from solidwhirl.reduction.basis.craig_bampton import Basis, orthogonality_error
 from solidwhirl.reduction.errors import ReductionError
@@ -79,7 +78,7 @@ def even_gyroscopic(operators: BodyOperators, basis: Basis, mass: FloatArray) ->
     With D u = e_z × u - L u the matrix is 2 ∫ρ v·Du = 2 (∫ρ v·(e_z × u) - M L): the derivative
     along the spin of the field on the mesh, which mixes circumferential orders, is not needed.
     """
-    full = operators.coupling.displacement(basis.vectors)
+    full = operators.coupling.unknowns.displacement(basis.vectors)
     x, y = (np.ascontiguousarray(full[i::3]) for i in range(2))
     crossed = inner(y, apply(operators.ingredients.component_mass, x), operators.comm)
     across = evenly_turned(crossed - crossed.T, basis.generator)
@@ -193,56 +192,6 @@ def _complex_form(matrix: FloatArray, first: FloatArray, second: FloatArray) -> 
     a, b = first.T @ matrix @ first, second.T @ matrix @ second
     c, d = second.T @ matrix @ first, first.T @ matrix @ second
     return np.asarray(0.5 * (a + b) + 0.5j * (c - d))
-
-
-# Its entries are -1, 0 and 1 but for rounding in modes of equal frequency.
-_WHOLE = 1e-5
-
-
-def turn_generator(
-    operators: BodyOperators, basis: Basis, mass: FloatArray
-) -> tuple[FloatArray | None, FloatArray]:
-    """Return the spin generator of a solid in its reduced coordinates.
-
-    `mass`: (n, n) reduced mass matrix. Returns generator: (n, n) L of the superelement, in
-    coordinates whose sign is changed by `signs`; None if the modes do not come in pairs that turn
-    into each other, as the highest of a coarse mesh; signs: (n,) 1 or -1, so that the second mode
-    of each pair is the first one turned by 90°.
-
-    The mesh is the same after a quarter turn, so the projected form M⁻¹ ∫ ρ v·(e_z×u - D u) is
-    exactly i times a positive matrix on fields of order 1; its polar factor in the metric of M
-    is the quarter turn itself, free of the error of the mesh.
-    """
-    change = project(operators.turn, basis.vectors, operators.comm)
-    lower = scipy.linalg.cholesky(mass, lower=True)
-    scaled = scipy.linalg.solve_triangular(lower, change, lower=True)
-    scaled = scipy.linalg.solve_triangular(lower, scaled.T, lower=True).T
-    left, values, right = scipy.linalg.svd(0.5 * (scaled - scaled.T))
-    turning = values > _TURNS
-    quarter = left[:, turning] @ right[turning]
-    generator = scipy.linalg.solve_triangular(lower, quarter @ lower.T, lower=True, trans="T")
-    whole = np.round(generator)
-    if np.abs(generator - whole).max(initial=0.0) > _WHOLE:
-        return None, np.ones(len(whole))
-    signs = np.ones(len(whole))
-    for k in range(basis.interface_count, len(whole) - 1):
-        # an interior pair in which the second mode turns into the first one
-        if whole[k, k + 1] == 1.0 and whole[k + 1, k] == -1.0:
-            signs[k + 1] = -1.0
-    return whole * np.outer(signs, signs), signs
-
-
-def known_turn(
-    operators: BodyOperators, basis: Basis, mass: FloatArray
-) -> tuple[FloatArray | None, FloatArray]:
-    """Return generator and signs of a solid's coordinates, see `turn_generator`.
-
-    `operators`, `basis`: of the solid; the basis of a round body has its generator. `mass`: (n, n)
-    reduced mass matrix.
-    """
-    if operators.ingredients.effects.shape == "quartered":
-        return turn_generator(operators, basis, mass)
-    return basis.generator, np.ones(len(mass))
 
 
 def evenly_turned_motions(rigid: FloatArray, generator: FloatArray | None) -> FloatArray:

@@ -9,7 +9,7 @@ import numpy as np
 
 from solidwhirl.meshing.imported.records import AnyBody
 from solidwhirl.reduction.operators.kinematics import COMPONENTS
-from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, IntArray
+from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, IntArray, Matrix
 from solidwhirl.rotordyn.superelement.record import Coordinate
 
 
@@ -32,6 +32,14 @@ class ReducedBlock:
     #: (n,) how the coordinates came from the families' own: sign, then order
     signs: FloatArray
     order: IntArray
+
+
+def planes(matrix: Matrix) -> FloatArray:
+    """Matrix of q1 and q2 from that of c = q1 - i q2, (2 n, 2 n).
+
+    `matrix`: (n, n), complex, or real of planes that do not couple.
+    """
+    return np.block([[matrix.real, matrix.imag], [-matrix.imag, matrix.real]])
 
 
 def joined_order(body: AnyBody, blocks: Sequence[ReducedBlock]) -> IntArray:

@@ -20,7 +20,7 @@ from solidwhirl.reduction.basis.overspeed import centrifugal_load, softest_direc
 from solidwhirl.reduction.operators.matrices import BodyOperators
 from solidwhirl.reduction.operators.solver_choice import Solver
 from solidwhirl.reduction.solvers.block_krylov import GrowingSpace, bordered_image
-from solidwhirl.reduction.solvers.vectors import apply, inner
+from solidwhirl.reduction.solvers.vectors import apply, inner, squares
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray
 
 # Correction that is left of a mode, in the norm of the mass. In the energy norm rounding alone is
@@ -52,7 +52,8 @@ class Spinning:
     def times(self, block: FloatArray) -> FloatArray:
         """K + Ω² (Kσ - S) times a block."""
         centrifugal = centrifugal_load(self.operators, block)
-        return apply(self.operators.stiffness, block) + self.speed_rad_s**2 * centrifugal
+        elastic = apply(self.operators.stiffness, block)
+        return np.asarray(elastic + self.speed_rad_s**2 * centrifugal)
 
     def answer(self, block: FloatArray) -> FloatArray:
         """Displacement of the held body at rest under a block of loads."""
@@ -62,10 +63,10 @@ class Spinning:
     def remaining_stiffness(self) -> float:
         """Least part of the stiffness at rest that the body has in any direction, at most 1.
 
-        1 + Ω² θ of the lowest θ, less its possible error; of a body without free rigid motions,
-        whose factor has no shift.
+        1 + Ω² θ of the lowest θ, less its possible error.
         """
-        theta, error = softest_direction(self.operators, self.factor, self.free, _SOFTEST)
+        least = MARGIN / self.speed_rad_s**2
+        theta, error = softest_direction(self.operators, self.factor, self.free, _SOFTEST, least)
         if not np.isfinite(theta):
             return -np.inf
         return float(min(1.0, 1.0 + self.speed_rad_s**2 * (theta - error)))
@@ -90,7 +91,7 @@ def modes_at_speed(
     weight_free = apply(body.mass, body.free)
     space = GrowingSpace(body.free, body.mass, comm)
     new = space.extend(np.array(start, order="F"), apply(body.mass, start))
-    image, images, solutions, done = np.zeros((0, 0)), [], 0, 0
+    image, images, solutions, done = np.zeros((0, 0), dtype=start.dtype), [], 0, 0
     largest: list[float] = []
     for _ in range(_SWEEPS):
         images.append(body.times(space.columns(-new)))
@@ -105,7 +106,7 @@ def modes_at_speed(
         step = _correction(body, weight_free, product, values[use], vectors[:, use])
         solutions += len(use)
         weight = apply(body.mass, step)
-        squared = comm.allreduce(np.einsum("ij,ij->j", step, weight))
+        squared = squares(step, weight, comm)
         open_ = squared > _CORRECTION**2
         largest.append(float(squared.max(initial=0.0)))
         if not open_.any():

@@ -7,7 +7,7 @@ the products of two circumferential orders are integrated over θ in closed form
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,32 +16,32 @@ from scipy.spatial import cKDTree
 
 from solidwhirl.reduction.basis.craig_bampton import Basis
 from solidwhirl.reduction.basis.reduced_block import ReducedBlock
+from solidwhirl.reduction.operators.cyclic import CyclicIndex
 from solidwhirl.reduction.operators.matrices import BodyOperators
-from solidwhirl.reduction.operators.symmetry import LATERAL
 from solidwhirl.reduction.solvers.vectors import apply
-from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
+from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray, Matrix
 from solidwhirl.rotordyn.superelement.circumferential_orders import products_around
 from solidwhirl.rotordyn.superelement.mass_moments import MassMoments
 
 # Products of two fields of orders 0 and 1 with two Cartesian components change by no more than
-# this order in a turn, so that a mean over one turn more has what no turn changes alone.
-_LARGEST_ORDER = 4
-# A half turn of the place leaves x and y of a lateral displacement as they are and changes the
-# sign of z; those of the place itself and of axial motion change the other way round.
-_LATERAL_SIGNS = np.array([1.0, 1.0, -1.0])
+# the order 4 in a turn, so that a mean over this many turns has what no turn changes alone.
+_TURNS = 5
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class OrderFields:
-    """Displacement of one circumferential order on the nodes of its meridian."""
+    """Displacement of one circumferential order, or cyclic index, on the nodes of its mesh."""
 
     order: int
-    places_m: FloatArray  #: (local nodes, 2) z and r
-    #: Three (local nodes, k): those of a, b and c, of one family
+    places_m: FloatArray  #: (local nodes, 2) z and r, or (local nodes, 3)
+    #: Three (local nodes, k): those of a, b and c, of one family, or of x, y, z for all amplitudes
+    #: of a sector, whose mirror image follows it
     amplitudes: tuple[FloatArray, ...]
     #: How the block's coordinates came from those of both families: sign, then order
     signs: FloatArray
     rows: IntArray
+    #: (k, k) change of a sector's amplitudes in a small turn
+    generator: FloatArray | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -58,13 +58,16 @@ def block_moments(
     operators: BodyOperators, basis: Basis, block: ReducedBlock, earlier: Sequence[BlockMoments]
 ) -> BlockMoments:
     """Integrate the fields of one circumferential order, or of the solid, over the mass."""
+    if operators.ingredients.kinematics.cyclic is not None:
+        return _sector_moments(operators, basis, block, earlier)
     signs, order = block.signs, block.order
     fields = _components(operators, basis.vectors)
     loads = tuple(apply(operators.ingredients.component_mass, field) for field in fields)
     if operators.harmonic is None:
         moments = _in_coordinates(_of_solid(operators, fields, loads), signs, order)
-        even = evenly_turned_moments(moments, block.generator)
-        return BlockMoments(own=even, across_kg=(), fields=None)
+        if block.generator is not None:
+            moments = evenly_turned_moments(moments, block.generator, _TURNS)
+        return BlockMoments(own=moments, across_kg=(), fields=None)
     angle = np.pi * (2.0 if operators.families == 1 else 1.0)
     loads = tuple(load / angle for load in loads)
     here = OrderFields(
@@ -108,30 +111,110 @@ def joined_moments(blocks: Sequence[BlockMoments], order: IntArray) -> MassMomen
     )
 
 
-def evenly_turned_moments(moments: MassMoments, generator: FloatArray | None) -> MassMoments:
-    """Return the moments of a body of revolution without what its mesh tells between directions.
+def evenly_turned_moments(moments: MassMoments, generator: FloatArray, turns: int) -> MassMoments:
+    """Return the mean of moments over turns about the axis.
 
-    `moments`: of n coordinates of orders 0 and 1. `generator`: (n, n) L with entries -1, 0, 1; None
-    leaves the moments as they are.
+    `moments`: of n coordinates of orders 0 and 1. `generator`: (n, n) L with entries -1, 0, 1.
+    `turns`: how many of them make a full circle.
 
     A turn of the field by α takes q to (1 + sin α L + (1 - cos α) L²) q and turns both directions
-    of the moments. The mean over five turns is what every turn leaves as it is; the sum of the
-    second moments of x, y and z is then that of the evenly turned mass matrix.
+    of the moments. The mean over five turns, of a body of revolution, is what every turn leaves as
+    it is; the sum of the second moments of x, y and z is then that of the evenly turned mass.
     """
-    if generator is None:
-        return moments
-    count = _LARGEST_ORDER + 1
     simple, first, second = (np.zeros_like(a) for a in _arrays(moments))
-    for angle in 2.0 * np.pi * np.arange(count) / count:
-        cos, sin = np.cos(angle), np.sin(angle)
-        turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
-        change = np.eye(len(generator)) + sin * generator + (1.0 - cos) * generator @ generator
+    for turn, change in _changes(generator, turns):
         simple += np.einsum("bd,bj->dj", turn, moments.displacement_kg @ change)
         first += np.einsum("ac,bd,abj->cdj", turn, turn, moments.first_kg_m @ change)
-        both = change.T @ moments.second_kg @ change
-        second += np.einsum("ac,bd,abjk->cdjk", turn, turn, both, optimize=True)
+        second += _turned_second(turn, change, moments.second_kg, change)
     return MassMoments(
-        displacement_kg=simple / count, first_kg_m=first / count, second_kg=second / count
+        displacement_kg=simple / turns, first_kg_m=first / turns, second_kg=second / turns
+    )
+
+
+def _changes(generator: FloatArray, turns: int) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Turns of directions, and the change of coordinates with each."""
+    for angle in 2.0 * np.pi * np.arange(turns) / turns:
+        cos, sin = np.cos(angle), np.sin(angle)
+        turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+        yield turn, np.eye(len(generator)) + sin * generator + (1.0 - cos) * generator @ generator
+
+
+def _turned_second(
+    turn: FloatArray, left: FloatArray, second: FloatArray, right: FloatArray
+) -> FloatArray:
+    both = left.T @ second @ right
+    return np.asarray(np.einsum("ac,bd,abjk->cdjk", turn, turn, both, optimize=True))
+
+
+def _sector_moments(
+    operators: BodyOperators, basis: Basis, block: ReducedBlock, earlier: Sequence[BlockMoments]
+) -> BlockMoments:
+    """Moments of one cyclic index: of the mesh and its mirror image, turned to all sectors."""
+    cyclic = operators.ingredients.kinematics.cyclic
+    assert cyclic is not None
+    fields, places = _on_sector(operators, basis.vectors, cyclic)
+    share = cyclic.sector.count / cyclic.weight
+    parts = 2 if cyclic.sector.mirrored else 1
+    mass = operators.ingredients.component_mass
+    loads = tuple(
+        share * np.vstack([apply(mass, np.asfortranarray(part)) for part in np.split(f, parts)])
+        for f in fields
+    )
+    n = basis.vectors.shape[1]
+    quarter = np.array([[0.0, -1.0], [1.0, 0.0]]) if operators.families == 2 else np.zeros((1, 1))
+    here = OrderFields(
+        order=cyclic.index,
+        places_m=places,
+        amplitudes=fields,
+        signs=block.signs,
+        rows=block.order,
+        generator=np.kron(quarter, np.eye(n)),
+    )
+    comm, turns = operators.comm, min(cyclic.sector.count, _TURNS)
+    reference = _products(_with_axial_motion(*places.T), loads, comm)
+    moments = _moments(reference, _products(fields, loads, comm))
+    assert here.generator is not None
+    even = evenly_turned_moments(moments, here.generator, turns)
+    return BlockMoments(
+        own=_in_coordinates(even, here.signs, here.rows),
+        across_kg=tuple(
+            _across_sectors(other.fields, here, loads, turns, comm)
+            for other in earlier
+            if other.fields is not None
+        ),
+        fields=here,
+    )
+
+
+def _on_sector(
+    operators: BodyOperators, vectors: Matrix, cyclic: CyclicIndex
+) -> tuple[tuple[FloatArray, ...], FloatArray]:
+    """Displacement by component for real amplitudes, and places, of the mesh and its image."""
+    full = operators.coupling.unknowns.displacement(vectors)
+    x = _places(operators)
+    moved, places = [], []
+    for mirrored in (False, True) if cyclic.sector.mirrored else (False,):
+        image = np.array([1.0, -1.0, 1.0]) if mirrored else np.ones(3)
+        own = np.tile(image, len(x))[:, None] * (full.conj() if mirrored else full)
+        both = own.real + own.imag if cyclic.is_real else np.hstack([own.real, own.imag])
+        moved.append(both)
+        places.append(x * image)
+    stacked = np.vstack(moved)
+    return tuple(np.asfortranarray(stacked[i::3]) for i in range(3)), np.vstack(places)
+
+
+def _across_sectors(
+    other: OrderFields, here: OrderFields, loads: tuple[FloatArray, ...], turns: int, comm: Any
+) -> FloatArray:
+    """Second moments of the amplitudes of an earlier index with those of this one."""
+    assert other.generator is not None
+    assert here.generator is not None
+    left = amplitudes_at(other, here.places_m, comm)
+    raw = _products(left, loads, comm)
+    changes = zip(_changes(other.generator, turns), _changes(here.generator, turns), strict=True)
+    second = sum(_turned_second(turn, own, raw, new) for (turn, own), (_, new) in changes) / turns
+    return np.asarray(
+        (second * np.outer(other.signs, here.signs))[:, :, other.rows][..., here.rows]
     )
 
 
@@ -161,7 +244,7 @@ def _places(operators: BodyOperators) -> FloatArray:
 
 def _components(operators: BodyOperators, block: FloatArray) -> tuple[FloatArray, ...]:
     """The three components of û at the local nodes, each (nodes, k) and stored by columns."""
-    full = operators.coupling.displacement(block)
+    full = operators.coupling.unknowns.displacement(block)
     return tuple(np.asfortranarray(full[i::3]) for i in range(3))
 
 
@@ -184,10 +267,6 @@ def _of_solid(
     position = _with_axial_motion(*_places(operators).T)
     reference = _products(position, loads, operators.comm)
     second = _products(fields, loads, operators.comm)
-    if operators.ingredients.kinematics.symmetry == LATERAL:
-        # half of the solid does not know what cancels over the whole of it
-        reference *= (np.outer(-_LATERAL_SIGNS, _LATERAL_SIGNS) > 0.0)[:, :, None, None]
-        second *= (np.outer(_LATERAL_SIGNS, _LATERAL_SIGNS) > 0.0)[:, :, None, None]
     return _moments(reference, second)
 
 

@@ -20,9 +20,9 @@ from solidwhirl.reduction.body.mass_moments import block_moments
 from solidwhirl.reduction.body.reduced_order import reduce_order
 from solidwhirl.reduction.body.request import (
     ReductionRequest,
-    order_effects,
     order_operators,
     shape_of,
+    solved_orders,
 )
 from solidwhirl.reduction.body.superelements import SolvedOrder
 from solidwhirl.reduction.errors import ReductionError
@@ -53,11 +53,11 @@ def reduce_body(
     points = comm.bcast(_recovery_points(body, mesh) if comm.rank == 0 else None, root=0)
     outline = comm.bcast(surfaces.surface_mesh(mesh) if mesh is not None else None, root=0)
     orders: list[SolvedOrder] = []
-    for order in request.solved_orders:
+    for order in solved_orders(body, request):
         start = time.perf_counter()
         operators = order_operators(body, mesh, comm, request, order)
         assembling = time.perf_counter() - start
-        found = _solved(operators, body, mesh, request, (points, outline), orders)
+        found = _solved(operators, body, request, (points, outline), orders)
         orders.append(replace(found, seconds={"operators": assembling, **found.seconds}))
         operators.release()
     properties = _properties(body, orders[-1].rigid_mass)
@@ -67,7 +67,8 @@ def reduce_body(
     )
     amplitudes = [order.surface for order in orders]
     surface = surfaces.joined_surface(body, outline, element.harmonics, blocks, amplitudes)
-    element = replace(element, surface=surface)
+    count = None if outline.copies is None else outline.copies.count
+    element = replace(element, surface=surface, cyclic_sectors=count)
     _refuse_dependent_interfaces(element, request)
     element = _with_rigid_disks(element, body, request)
     checks = [check for order in orders for check in order.checks]
@@ -96,7 +97,6 @@ def reduce_body(
 def _solved(
     operators: BodyOperators,
     body: AnyBody,
-    mesh: Mesh | None,
     request: ReductionRequest,
     shown: tuple[FloatArray, surfaces.SurfaceMesh],
     earlier: Sequence[SolvedOrder],
@@ -110,7 +110,7 @@ def _solved(
     reduced = time.perf_counter()
     omitted, finer, did = _omitted(operators, basis, body, request)
     estimated = time.perf_counter()
-    checks = order_checks(operators, basis, error, body, mesh, request)
+    checks = order_checks(operators, basis, error, body)
     checked = time.perf_counter()
     solver = solver_name(basis.factor)
     basis.factor.destroy()
@@ -143,26 +143,15 @@ def order_checks(
     basis: Basis,
     orthogonality: float,
     body: AnyBody,
-    mesh: Mesh | None,
-    request: ReductionRequest,
 ) -> list[Invariant]:
     """What must hold for the basis of one order, while its factor is at hand."""
     where = body.name if operators.harmonic is None else f"{body.name}, n={operators.harmonic}"
     out = list(verification.verify_order(operators, basis, orthogonality, where))
     if operators.harmonic is not None:
         return [*out, verification.count_fixed_modes(operators, basis, where)]
-    if isinstance(body, MeshedBody):
-        if basis.generator is not None:
-            out.append(verification.check_evenness(where, evenness(operators, basis)))
-        return [*out, verification.count_found_modes(operators, basis, where)]
-    still = replace(request, gyroscopic=False, centrifugal=False)
-    counted = None
-    if operators.comm.rank == 0:
-        counted = verification.count_solid_modes(
-            body, mesh, basis, request.orders, lambda order: order_effects(body, still, order)
-        )
-    counted = operators.comm.bcast(counted, root=0)
-    return [*out, counted]
+    if basis.generator is not None:
+        out.append(verification.check_evenness(where, evenness(operators, basis)))
+    return [*out, verification.count_found_modes(operators, basis, where)]
 
 
 def _omitted(
@@ -174,11 +163,18 @@ def _omitted(
     truncation, answers = residuals.truncation_energy(operators, basis)
     columns = basis.vectors.shape[1]
     did: tuple[str, ...] = (f"error estimate of the reduction: {3 * columns} solutions",)
-    if "mesh" not in request.estimates:
-        return (truncation,), None, did
-    mesh, finer = residuals.mesh_energy(operators, basis, answers, body.interfaces)
-    did += (f"error estimate of the mesh: factorisation one order higher, {3 * columns} solutions",)
-    return (truncation, mesh), finer, did
+    parts, finer = [truncation], None
+    if "mesh" in request.estimates:
+        mesh, finer = residuals.mesh_energy(operators, basis, answers, body.interfaces)
+        parts.append(mesh)
+        did += (
+            f"error estimate of the mesh: factorisation one order higher, {3 * columns} solutions",
+        )
+    joined = operators.ingredients.kinematics.joined
+    if joined is not None and not request.neighbours:
+        parts.append(residuals.joint_energy(operators, basis, answers, body.interfaces))
+        did += (f"error estimate of the joints: {3 * columns} solutions with the next orders",)
+    return tuple(parts), finer, did
 
 
 def _indicators(
@@ -239,9 +235,9 @@ def _with_rigid_disks(
 
 
 def _recovery_points(body: AnyBody, mesh: Mesh | None) -> FloatArray:
-    """Vertices of the outline at θ = 0 and at θ = 90°, or of a given mesh, (m, 3)."""
+    """Vertices of the outline at θ = 0 and in the sector a quarter turn away, (m, 3)."""
     assert mesh is not None
-    if isinstance(body, MeshedBody):
+    if isinstance(body, MeshedBody) and mesh.sector is None:
         return np.array(mesh.points[mesh.outline])
     vertices = np.intersect1d(mesh.outline, mesh.cells[:, : mesh.dimension + 1])
     x = mesh.points[vertices]
@@ -250,5 +246,10 @@ def _recovery_points(body: AnyBody, mesh: Mesh | None) -> FloatArray:
     else:
         z, r = x[:, 2], x[:, 0]
     order = np.lexsort((r, z))
+    if mesh.sector is not None:
+        angle = 2.0 * np.pi * surfaces.quarter_copy(mesh.sector) / mesh.sector.count
+        c, s = np.cos(angle), np.sin(angle)
+        turned = x @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+        return np.vstack([x[order], turned[order]])
     z, r, zero = z[order], r[order], np.zeros(len(z))
     return np.vstack([np.column_stack([r, zero, z]), np.column_stack([zero, r, z])])

@@ -18,9 +18,9 @@ class ReductionRequest:
     """What a body's superelement has to hold."""
 
     level: str
-    #: Circumferential orders: 1 lateral, 0 axial and torsional (solid: which modes are kept;
-    #: harmonic: which problems are solved; others than 0 and 1 load no interface). Empty for a
-    #: solid of any shape, whose modes have no order.
+    #: Circumferential orders, or cyclic indices of a sector: 1 lateral, 0 axial and torsional. They
+    #: are solved one by one, but for the whole mesh of a solid, of whose modes they are kept. Empty
+    #: for a solid of any shape, whose modes have no order.
     orders: tuple[int, ...]
     components: tuple[str, ...]  #: Interface coordinates, of ux, uy, uz, rx, ry, rz
     degree: int
@@ -37,19 +37,22 @@ class ReductionRequest:
     estimates: tuple[str, ...] = ()
     #: How systems of a solid are solved: "direct", "iterative", or "auto": by the memory there is
     solver: str = "auto"
-    #: Harmonic level: relative error of a frequency from which on static answers to the loads of
+    #: Of a body of joined parts: whether the orders next to 1 are taken in where they meet
+    neighbours: bool = False
+    #: Relative error of a frequency from which on static answers to the loads of
     #: the spin are in the basis (see `with_spin_answers`); 0: never
     spin_tolerance: float = 0.0
-
-    @property
-    def solved_orders(self) -> tuple[int | None, ...]:
-        """Circumferential orders that are solved one by one; None is the solid."""
-        return (None,) if self.level == "solid" else self.orders
 
 
 def shape_of(body: AnyBody) -> str:
     """Return what the reduction may assume of a solid, see `OperatorEffects.shape`."""
-    return body.request.shape if isinstance(body, MeshedBody) else "quartered"
+    return body.request.shape if isinstance(body, MeshedBody) else "cyclic"
+
+
+def solved_orders(body: AnyBody, request: ReductionRequest) -> tuple[int | None, ...]:
+    """Return the orders or indices that are solved one by one; None is the whole solid."""
+    whole = request.level == "solid" and shape_of(body) != "cyclic"
+    return (None,) if whole else request.orders
 
 
 def order_effects(body: AnyBody, request: ReductionRequest, order: int | None) -> OperatorEffects:
@@ -70,9 +73,9 @@ def order_effects(body: AnyBody, request: ReductionRequest, order: int | None) -
         gyroscopic=request.gyroscopic,
         centrifugal=request.centrifugal,
         components=components,
-        lateral_only=request.orders == (1,) and shape_of(body) == "quartered",
         shape=shape_of(body),
         solver=request.solver,
+        neighbours=request.neighbours,
     )
 
 

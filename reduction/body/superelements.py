@@ -14,15 +14,15 @@ from solidwhirl.meshing.imported.records import AnyBody
 from solidwhirl.reduction.basis import pairing
 from solidwhirl.reduction.basis.craig_bampton import Basis
 from solidwhirl.reduction.basis.free_motion import rigid_coefficients, without_rigid_force
-from solidwhirl.reduction.basis.reduced_block import ReducedBlock, joined_order
+from solidwhirl.reduction.basis.reduced_block import ReducedBlock, joined_order, planes
 from solidwhirl.reduction.body.mass_moments import BlockMoments, joined_moments
-from solidwhirl.reduction.body.request import ReductionRequest
+from solidwhirl.reduction.body.request import ReductionRequest, solved_orders
 from solidwhirl.reduction.body.surfaces import recovery_modes
 from solidwhirl.reduction.operators.kinematics import COMPONENTS
-from solidwhirl.reduction.operators.matrices import BodyOperators
+from solidwhirl.reduction.operators.matrices import BodyOperators, turned_mean
 from solidwhirl.reduction.residuals.residual_energy import FinerSpace, Omitted, joined_forms
 from solidwhirl.reduction.solvers.vectors import project, skew, symmetric
-from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, IntArray
+from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, IntArray, Matrix
 from solidwhirl.rotordyn.superelement.invariants import Invariant
 from solidwhirl.rotordyn.superelement.record import Coordinate, InterfaceNode, Superelement
 from solidwhirl.rotordyn.superelement.rigid_body import MassProperties
@@ -39,7 +39,7 @@ def reduce_block(operators: BodyOperators, basis: Basis, points_m: FloatArray) -
     comm = operators.comm
     n = basis.vectors.shape[1]
     family = {name: _projection(getattr(operators, name), basis, comm) for name in _MATRICES}
-    matrices = {name: symmetric(matrix) for name, matrix in family.items()}
+    matrices: dict[str, Any] = {name: symmetric(matrix) for name, matrix in family.items()}
     raw = _projection(operators.gyroscopic, basis, comm)
     rigid, present = rigid_coefficients(operators, basis)
     recovery = recovery_modes(operators, basis, points_m)
@@ -48,13 +48,11 @@ def reduce_block(operators: BodyOperators, basis: Basis, points_m: FloatArray) -
     if operators.families == 1:
         matrices["gyroscopic"] = skew(raw)
     if operators.harmonic is None:
-        generator, signs = pairing.known_turn(operators, basis, matrices["mass"])
+        generator = basis.generator
         matrices = {
-            name: pairing.evenly_turned(matrix * np.outer(signs, signs), generator)
-            for name, matrix in matrices.items()
+            name: pairing.evenly_turned(matrix, generator) for name, matrix in matrices.items()
         }
-        recovery = recovery * signs
-        rigid = pairing.evenly_turned_motions(rigid * signs[:, None], generator)
+        rigid = pairing.evenly_turned_motions(rigid, generator)
     if basis.generator is not None and operators.gyroscopic is not None:
         matrices["gyroscopic"] = pairing.even_gyroscopic(operators, basis, matrices["mass"])
     matrices["stiffness"] = without_rigid_force(
@@ -62,15 +60,14 @@ def reduce_block(operators: BodyOperators, basis: Basis, points_m: FloatArray) -
     )
     coordinates = _family_coordinates(operators, basis, matrices["stiffness"])
     if operators.families == 1:
-        lateral = _free_frequencies(operators, basis, matrices, rigid, signs)
+        lateral = _free_frequencies(operators, basis, matrices, rigid)
         fixed = np.sqrt(np.maximum(basis.fixed_eigenvalues, 0.0)) / (2.0 * np.pi)
         order = np.arange(n)
     else:
-        lateral = np.repeat(_free_frequencies(operators, basis, matrices, rigid, signs), 2)
+        lateral = np.repeat(_free_frequencies(operators, basis, matrices, rigid), 2)
         fixed = np.repeat(np.sqrt(np.maximum(basis.fixed_eigenvalues, 0.0)) / (2.0 * np.pi), 2)
-        matrices = {name: np.kron(np.eye(2), matrix) for name, matrix in matrices.items()}
-        coupling = np.array([[0.0, 2.0], [-2.0, 0.0]])
-        matrices["gyroscopic"] = skew(np.kron(coupling, symmetric(raw)))
+        matrices = {name: planes(matrix) for name, matrix in matrices.items()}
+        matrices["gyroscopic"] = skew(planes(2j * symmetric(raw)))
         coordinates, rigid, present, signs = _both_families(operators, coordinates, rigid, present)
         matrices = {name: matrix * np.outer(signs, signs) for name, matrix in matrices.items()}
         recovery = recovery * signs
@@ -143,7 +140,7 @@ def build_superelement(
     return Superelement(
         name=body.name,
         level=request.level,  # type: ignore[arg-type]
-        harmonics=() if request.level == "solid" else request.orders,
+        harmonics=tuple(n for n in solved_orders(body, request) if n is not None),
         coordinates=tuple(flat[k] for k in order),
         interfaces=tuple(
             InterfaceNode(
@@ -184,7 +181,7 @@ def mesh_properties(rigid_mass: FloatArray, shape: str) -> MassProperties:
     `rigid_mass`: (6, 6) for ux, uy, uz, rx, ry, rz about the origin. `shape`: "round": the mean
     over quarter turns is taken, as of all matrices.
     """
-    even = pairing.evenly_turned(rigid_mass, pairing.RIGID_TURN) if shape == "round" else rigid_mass
+    even = turned_mean(rigid_mass) if shape == "round" else rigid_mass
     mass = float(even[0, 0])
     centre = np.array([even[1, 5], -even[0, 5], even[0, 4]]) / mass
     about = mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
@@ -226,33 +223,33 @@ def lateral_free_frequencies(element: Superelement) -> FloatArray:
     return np.asarray(np.sqrt(np.maximum(values[elastic], 0.0)) / (2.0 * np.pi))
 
 
-def _elastic(vectors: FloatArray, mass: FloatArray, rigid: FloatArray) -> BoolArray:
+def _elastic(vectors: Matrix, mass: Matrix, rigid: Matrix) -> BoolArray:
     """Which M-normalised modes are not rigid motions."""
     motions = rigid[:, np.any(rigid != 0.0, axis=0)]
     if not motions.shape[1]:
         return np.ones(vectors.shape[1], dtype=bool)
-    onto = vectors.T @ mass @ motions
-    gram = motions.T @ mass @ motions
-    share = np.einsum("ij,jk,ik->i", onto, np.linalg.inv(gram), onto)
-    return np.asarray(share < 0.5)
+    onto = vectors.conj().T @ mass @ motions
+    gram = motions.conj().T @ mass @ motions
+    share = np.einsum("ij,jk,ik->i", onto, np.linalg.inv(gram), onto.conj())
+    return np.asarray(share.real < 0.5)
 
 
-def _projection(matrix: Any, basis: Basis, comm: Any) -> FloatArray:
+def _projection(matrix: Any, basis: Basis, comm: Any) -> Matrix:
     """Vᵀ A V, zero where A was not assembled."""
     if matrix is None:
-        return np.zeros((basis.vectors.shape[1],) * 2)
+        return np.zeros((basis.vectors.shape[1],) * 2, dtype=basis.vectors.dtype)
     return project(matrix, basis.vectors, comm)
 
 
 def _family_coordinates(
-    operators: BodyOperators, basis: Basis, stiffness: FloatArray
+    operators: BodyOperators, basis: Basis, stiffness: Matrix
 ) -> list[Coordinate]:
     """Interface coordinates, and M-orthonormal modes with their frequencies."""
     out = [
         Coordinate(kind="interface", interface=name, component=c, frequency_hz=0.0)  # type: ignore[arg-type]
         for name, c in operators.coupling.coordinates
     ]
-    for value in np.diag(stiffness)[basis.interface_count :]:
+    for value in np.diag(stiffness).real[basis.interface_count :]:
         f = float(np.sqrt(max(float(value), 0.0)) / (2.0 * np.pi))
         out.append(Coordinate(kind="modal", interface="", component="q", frequency_hz=f))
     return out
@@ -261,27 +258,23 @@ def _family_coordinates(
 def _free_frequencies(
     operators: BodyOperators,
     basis: Basis,
-    matrices: Mapping[str, FloatArray],
-    rigid: FloatArray,
-    signs: FloatArray,
+    matrices: Mapping[str, Matrix],
+    rigid: Matrix,
 ) -> FloatArray:
-    """Elastic frequencies of order 1 of the free reduced body at rest [Hz], one family.
-
-    `signs` are those that the coordinates of a solid were given.
-    """
+    """Elastic frequencies of order 1 of the free reduced body at rest [Hz], one family."""
     if operators.harmonic not in (None, 1) or not len(matrices["mass"]):
         return np.empty(0)
     values, vectors = scipy.linalg.eigh(matrices["stiffness"], matrices["mass"])
     elastic = _elastic(vectors, matrices["mass"], rigid)
     if operators.harmonic is None and operators.circulation is not None:
-        squared = project(operators.circulation, basis.vectors * signs, operators.comm)
+        squared = project(operators.circulation, basis.vectors, operators.comm)
         order = np.sqrt(np.maximum(np.einsum("ik,ij,jk->k", vectors, squared, vectors), 0.0))
         elastic &= np.abs(order - 1.0) < 0.25
     return np.asarray(np.sqrt(np.maximum(values[elastic], 0.0)) / (2.0 * np.pi))
 
 
 def _both_families(
-    operators: BodyOperators, coordinates: list[Coordinate], rigid: FloatArray, present: BoolArray
+    operators: BodyOperators, coordinates: list[Coordinate], rigid: Matrix, present: BoolArray
 ) -> tuple[list[Coordinate], FloatArray, BoolArray, FloatArray]:
     """Coordinates of cos and sin family with true rotations, and the signs that make them so."""
     n = len(coordinates)
@@ -294,8 +287,10 @@ def _both_families(
     for k in np.flatnonzero(present):
         component, sign = operators.second_family[COMPONENTS[k]]
         partner = COMPONENTS.index(component)
-        both[:n, k] = rigid[:, k]
-        both[n:, partner] = sign * rigid[:, k] * signs[n:]
+        # c = q1 - i q2 of the motion, and -i times it of what it turns into
+        both[:n, k], both[n:, k] = rigid[:, k].real, -rigid[:, k].imag * signs[n:]
+        both[:n, partner] = sign * rigid[:, k].imag
+        both[n:, partner] = sign * rigid[:, k].real * signs[n:]
         there[k] = there[partner] = True
     return coordinates + second, both, there, signs
 

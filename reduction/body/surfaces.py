@@ -11,14 +11,15 @@ import numpy as np
 from mpi4py import MPI
 from scipy.spatial import cKDTree
 
-from solidwhirl.meshing import Mesh
+from solidwhirl.meshing import Mesh, Sector
 from solidwhirl.meshing.imported.records import AnyBody
 from solidwhirl.reduction.basis.craig_bampton import Basis
 from solidwhirl.reduction.basis.reduced_block import ReducedBlock, joined_rows
 from solidwhirl.reduction.errors import ReductionError
+from solidwhirl.reduction.operators.cyclic import CyclicIndex
 from solidwhirl.reduction.operators.matrices import BodyOperators
-from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
-from solidwhirl.rotordyn.superelement.surface import Surface, family_factors
+from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, IntArray, Matrix
+from solidwhirl.rotordyn.superelement.surface import Copies, Surface, family_factors, turns
 
 # Edges this near to the axis, in parts of the largest radius, lie on it and are no surface.
 _ON_AXIS = 1e-9
@@ -30,12 +31,16 @@ class SurfaceMesh:
 
     points_m: FloatArray  #: (p, 2) z, r of a meridian without its axis, (p, 3) x, y, z of a solid
     cells: IntArray  #: (c, 2) edges or (c, 3) triangles, outward normals to the right of an edge
+    copies: Copies | None = None  #: Of a sector, which has no facets on its cut faces
 
 
 def surface_mesh(mesh: Mesh) -> SurfaceMesh:
     """Return the boundary of a mesh, facets of elements that have no neighbour there."""
     d = mesh.dimension
-    corners = mesh.cells[:, : d + 1]
+    shown = mesh.cells
+    if mesh.parts is not None:  # copies of one sector: the drum alone, in one piece each time
+        shown = shown[np.array([s == 0 for s in mesh.parts.shifts])[mesh.parts.cell_part]]
+    corners = shown[:, : d + 1]
     facets = _facets(mesh.points, corners)
     key = np.sort(facets, axis=1)
     _, first, count = np.unique(key, axis=0, return_index=True, return_counts=True)
@@ -43,11 +48,35 @@ def surface_mesh(mesh: Mesh) -> SurfaceMesh:
     if d == 2:
         radius = mesh.points[:, 1]
         outer = outer[(radius[outer] > _ON_AXIS * radius.max()).any(axis=1)]
+    copies = None
+    if mesh.sector is not None:
+        copies = Copies(count=mesh.sector.count, mirrored=mesh.sector.mirrored)
+        outer = outer[~_cut(mesh.points, outer, copies)]
     used, cells = np.unique(outer, return_inverse=True)
     points = mesh.points[used].copy()
     if d == 2:
         points[:, 1] = np.where(points[:, 1] > _ON_AXIS * points[:, 1].max(), points[:, 1], 0.0)
-    return SurfaceMesh(points_m=points, cells=np.asarray(cells).reshape(-1, d))
+    return SurfaceMesh(points_m=points, cells=np.asarray(cells).reshape(-1, d), copies=copies)
+
+
+def _cut(points: FloatArray, facets: IntArray, copies: Copies) -> BoolArray:
+    """Which facets (f, 3) of a sector's boundary lie on its cut faces, (f,)."""
+    near = _NEAR * float(np.abs(points).max())
+    x, y, _ = points.T
+    if copies.mirrored:
+        half = np.pi / copies.count
+        beyond = y * np.cos(half) - x * np.sin(half)
+        return np.asarray(sum((np.abs(d) <= near)[facets].all(axis=1) for d in (y, beyond)) > 0)
+    used = np.unique(facets)
+    turn = turns(np.array([2.0 * np.pi / copies.count]))[0]
+    gap, partner = cKDTree(points[used]).query(points[used] @ turn.T, distance_upper_bound=near)
+    there = np.full(len(points), -1)
+    there[used[np.isfinite(gap)]] = used[partner[np.isfinite(gap)]]
+    _, number = np.unique(
+        np.sort(np.concatenate([facets, there[facets]]), axis=1), axis=0, return_inverse=True
+    )
+    first, last = np.reshape(number, (2, -1))
+    return np.isin(first, last) | np.isin(last, first)
 
 
 def _facets(points: FloatArray, corners: IntArray) -> IntArray:
@@ -71,7 +100,7 @@ def joined_surface(
     outline: SurfaceMesh,
     harmonics: tuple[int, ...],
     blocks: Sequence[ReducedBlock],
-    amplitudes: Sequence[FloatArray],
+    amplitudes: Sequence[Matrix],
 ) -> Surface:
     """Join the surfaces of all orders in the coordinates of the superelement."""
     rows = joined_rows(body, blocks)
@@ -91,6 +120,7 @@ def joined_surface(
         order=np.concatenate(order_of),
         family=np.concatenate(family_of),
         size=sum(len(own) for own in rows),
+        copies=outline.copies,
     )
 
 
@@ -100,6 +130,12 @@ _NEAR = 1e-9
 
 def recovery_modes(operators: BodyOperators, basis: Basis, points_m: FloatArray) -> FloatArray:
     """Displacement of points at θ = 0 and 90° per coordinate, (m, 3, families n)."""
+    cyclic = operators.ingredients.kinematics.cyclic
+    if cyclic is not None:
+        home = len(points_m) // 2
+        fields = nodal_amplitudes(operators, basis, points_m[:home])
+        copies = (0, quarter_copy(cyclic.sector))
+        return np.concatenate([in_copy(fields, cyclic, k) for k in copies])
     if operators.harmonic is None:
         return nodal_amplitudes(operators, basis, points_m)
     radius = np.hypot(points_m[:, 0], points_m[:, 1])
@@ -108,29 +144,47 @@ def recovery_modes(operators: BodyOperators, basis: Basis, points_m: FloatArray)
     return _on_the_round(operators.harmonic, amplitudes, points_m)
 
 
-def nodal_amplitudes(operators: BodyOperators, basis: Basis, places: FloatArray) -> FloatArray:
+def quarter_copy(sector: Sector) -> int:
+    """Return the copy of a sector that is nearest to a quarter turn."""
+    return round(sector.count / 4)
+
+
+def in_copy(fields: Matrix, cyclic: CyclicIndex, copy: int) -> FloatArray:
+    """Displacement of points in a copy of a sector per real amplitude, (m, 3, families n).
+
+    `fields`: Φ of the points of the first copy, (m, 3, n), Φ1 + iΦ2 also where the field is real.
+    """
+    angle = 2.0 * np.pi * copy / cyclic.sector.count
+    turn = turns(np.array([angle]))[0]
+    moved = np.exp(1j * cyclic.index * angle) * fields
+    if cyclic.is_real:
+        moved = np.cos(cyclic.index * angle) * (fields.real + fields.imag)
+        found = moved
+    else:  # u = Re[(q1 - i q2) Φ]
+        found = np.concatenate([moved.real, moved.imag], axis=2)
+    return np.asarray(np.einsum("ij,mjn->min", turn, found))
+
+
+def nodal_amplitudes(operators: BodyOperators, basis: Basis, places: FloatArray) -> Matrix:
     """Return the values of the basis at nodes of the mesh.
 
-    `places`: (m, 2) z, r on a meridian, (m, 3) x, y, z on a solid, all of it, also where half of it
-    is worked on. Result: (m, 3, n): amplitudes of one family, or displacements, per column of the
-    basis; the same on every rank. Raises ReductionError: a place is no node.
+    `places`: (m, 2) z, r on a meridian, (m, 3) x, y, z on a solid or a sector. Result: (m, 3, n):
+    amplitudes of one family, displacements, or Φ of a sector, per column of the basis; the same on
+    every rank. Raises ReductionError: a place is no node.
     """
     n, comm = basis.vectors.shape[1], operators.comm
-    full = operators.coupling.displacement(basis.vectors)
+    full = operators.coupling.unknowns.displacement(basis.vectors)
     owned = len(full) // 3
-    x = operators.space.tabulate_dof_coordinates()[:owned]
-    kin, size = operators.ingredients.kinematics, float(np.abs(places).max(initial=1e-30))
-    wanted, away = places, np.zeros(len(places), dtype=bool)
-    if kin.copies == 2:
-        away = places[:, 1] < -_NEAR * size
-        wanted = np.where(away[:, None], places * [-1.0, -1.0, 1.0], places)
-    mine, node = _own_places(x[:, : places.shape[1]], wanted, _NEAR * size, comm)
-    values = np.zeros((len(places), 3, n))
+    x = operators.space.tabulate_dof_coordinates()[:owned].copy()
+    joined = operators.ingredients.kinematics.joined
+    if joined is not None:  # copies of a drum lie where it does
+        x[joined.copied(operators.space)] = np.finfo(np.float32).max
+    size = float(np.abs(places).max(initial=1e-30))
+    mine, node = _own_places(x[:, : places.shape[1]], places, _NEAR * size, comm)
+    values = np.zeros((len(places), 3, n), dtype=full.dtype)
     values[mine] = full.reshape(owned, 3, n)[node]
     if comm.size > 1:
         comm.Allreduce(MPI.IN_PLACE, values)
-    if away.any():
-        values[away] = np.einsum("ij,mjn->min", kin.symmetry.power(1), values[away])
     return values
 
 

@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from mpi4py import MPI
 from petsc4py import PETSc
 
-from solidwhirl.geometry import Body, GeometryError, mass_properties
-from solidwhirl.meshing import Mesh, MeshingError, MeshSize, mesh_meridian
+from solidwhirl.geometry import Body, mass_properties
 from solidwhirl.meshing.imported.records import AnyBody, MeshedBody
 from solidwhirl.reduction.basis.craig_bampton import Basis
 from solidwhirl.reduction.basis.fixed_interface_modes import shifted_factor
 from solidwhirl.reduction.basis.merging import reference_eigenvalue
 from solidwhirl.reduction.errors import ReductionError
-from solidwhirl.reduction.operators.matrices import BodyOperators, OperatorEffects, build_operators
+from solidwhirl.reduction.operators.matrices import BodyOperators
 from solidwhirl.reduction.solvers.constrained import ConstrainedFactor, bordered
-from solidwhirl.reduction.solvers.vectors import apply, inner, project
+from solidwhirl.reduction.solvers.vectors import apply, energies, inner, squares
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.superelement.invariants import Invariant, compared, undecided
 from solidwhirl.rotordyn.superelement.rigid_body import MassProperties
@@ -90,9 +87,9 @@ def fixed_mode_errors(operators: BodyOperators, basis: Basis) -> tuple[float, fl
     # a rounding of rigid motion, which the solution magnifies, is seen by orthogonality
     momentum = apply(operators.mass, basis.free)
     left -= basis.free @ inner(momentum, left, comm)
-    size = np.diag(project(operators.mass, left, comm))
+    size = energies(operators.mass, left, comm)
     gram = inner(vectors, weight, comm)
-    residual = np.sqrt(np.maximum(size, 0.0) / np.diag(gram)) * values.min() / values
+    residual = np.sqrt(np.maximum(size, 0.0) / np.diag(gram).real) * values.min() / values
     apart = np.abs(gram - np.eye(len(gram))).max()
     rigid = np.abs(inner(momentum, vectors, comm)).max(initial=0.0)
     return float(residual.max()), float(max(apart, rigid))
@@ -111,22 +108,22 @@ def reciprocity_error(operators: BodyOperators, basis: Basis) -> float:
     if basis.shift:
         force = force - basis.shift * apply(operators.mass, modes)
     rows = operators.coupling.held
-    length = np.sqrt(np.diag(inner(rows, rows, comm)))
+    length = np.sqrt(squares(rows, rows, comm))
     rows = rows / length
     reaction = np.linalg.solve(inner(rows, rows, comm), inner(rows, force, comm)) / length[:, None]
     reaction = reaction[: basis.interface_count]
     work = inner(modes, force, comm)
     # statically determinate interfaces move the body without any force
-    inertia = np.diag(project(operators.mass, modes, comm))
-    root = np.sqrt(np.maximum(np.diag(work), 0.0) + _lowest(operators, basis) * inertia)
-    errors = [reaction - reaction.T, reaction - work]
+    inertia = energies(operators.mass, modes, comm)
+    root = np.sqrt(np.maximum(np.diag(work).real, 0.0) + _lowest(operators, basis) * inertia)
+    errors = [reaction - reaction.conj().T, reaction - work]
     return max(float(np.abs(error / np.outer(root, root)).max()) for error in errors)
 
 
 def _lowest(operators: BodyOperators, basis: Basis) -> float:
     """Return the lowest held eigenvalue, or one far below all."""
     if basis.fixed_eigenvalues.size:
-        return float(basis.fixed_eigenvalues[0])
+        return float(abs(basis.fixed_eigenvalues[0]))
     return reference_eigenvalue(operators)
 
 
@@ -187,7 +184,7 @@ def _moved_factor_count(operators: BodyOperators, basis: Basis, eigenvalue: floa
     result.destroy()  # this reference to it
     if state < 0:
         raise ReductionError(f"the factorisation failed: MUMPS INFOG(1) = {state}")
-    return negative - factor.border
+    return (negative - factor.border) // factor.parts
 
 
 def highest_gap(basis: Basis) -> tuple[float, int]:
@@ -201,21 +198,13 @@ def highest_gap(basis: Basis) -> tuple[float, int]:
     return _between(values, int(gaps[-1])) if gaps.size else (0.0, 0)
 
 
-def widest_gap(basis: Basis) -> tuple[float, int]:
-    """As `highest_gap`, of the widest gap in the upper half of the list, `_WIDE` at least."""
-    values = np.sort(np.append(basis.fixed_eigenvalues, basis.omitted_eigenvalue))
-    gaps = np.diff(values) / values[:-1]
-    gaps[: len(gaps) // 2] = 0.0
-    return _between(values, int(gaps.argmax())) if gaps.max(initial=0.0) >= _WIDE else (0.0, 0)
-
-
 def _between(values: FloatArray, place: int) -> tuple[float, int]:
     return float(np.sqrt(values[place] * values[place + 1])), place + 1
 
 
 def meshed_part_properties(body: Body) -> MassProperties:
     """Mass properties in closed form of what is meshed of a body: without its rigid disks."""
-    bare = Body(name=body.name, sections=body.sections, fillet_radius_m=body.fillet_radius_m)
+    bare = replace(body, interfaces=(), rigid_disks=())
     exact = mass_properties(bare)
     diametral, polar = exact.diametral_inertia_kg_m2, exact.polar_inertia_kg_m2
     return MassProperties(
@@ -275,65 +264,3 @@ def check_evenness(name: str, value: float) -> Invariant:
         "mass and stiffness were averaged over turns about the axis, which moves the mean "
         "frequency of a pair by the square of this",
     )
-
-
-# Two eigenvalues this far apart (relative) stay in order on both meshes, of which each may be off
-# by half of it: a frequency by 6 %.
-_WIDE = 0.25
-_DEGREE = 2
-# Elements of the meridian over the corner size of the solid, whose cost is in the circumference.
-_COARSER = 2.0
-_FAMILIES = {0: 1, 1: 2}
-
-
-def count_solid_modes(
-    body: Body,
-    mesh: Mesh | None,
-    basis: Basis,
-    orders: tuple[int, ...],
-    effects_of: Callable[[int], OperatorEffects],
-) -> Invariant:
-    """Check on one rank that no fixed-interface mode at rest of a solid is missing.
-
-    Its mesh gives the sizes of a meridian. Not decided where the list of modes has no gap that is
-    wide enough.
-    """
-    shift, below = widest_gap(basis)
-    if not below:
-        reason = "no gap between the eigenvalues is wider than what a mesh may move them"
-        return undecided(MISSING, body.name, MODES, reason)
-    assert mesh is not None
-    try:
-        counted = meridian_count(body, mesh.size, orders, effects_of, shift)
-    except (GeometryError, MeshingError, ReductionError) as error:
-        return undecided(MISSING, body.name, MODES, f"no coarse meridian: {error}")
-    counted -= basis.free.shape[1]
-    text = f"{counted} modes counted on a coarse meridian, {below} found below "
-    text += f"{np.sqrt(shift) / (2.0 * np.pi):.6g} Hz"
-    return compared(MISSING, body.name, abs(counted - below), 0.0, MODES, text)
-
-
-def meridian_count(
-    body: Body,
-    size: MeshSize,
-    orders: tuple[int, ...],
-    effects_of: Callable[[int], OperatorEffects],
-    eigenvalue: float,
-) -> int:
-    """Count the held eigenvalues below a shift on a coarse meridian, those of pairs twice.
-
-    `orders`: circumferential orders, of 0 and 1.
-    """
-    corner = min(_COARSER * size.corner_size_m, size.size_m)
-    meridian = mesh_meridian(body, replace(size, corner_size_m=corner))
-    count = 0
-    for order in orders:
-        effects = effects_of(order)
-        operators = build_operators(
-            body, meridian, MPI.COMM_SELF, order=order, degree=_DEGREE, effects=effects
-        )
-        try:
-            count += _FAMILIES[order] * modes_below(operators, eigenvalue)
-        finally:
-            operators.release()
-    return count

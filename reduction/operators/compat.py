@@ -10,7 +10,7 @@ import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import ufl
@@ -207,6 +207,18 @@ def _tags(mesh: Any, dimension: int, entities: IntArray, values: IntArray) -> An
     mesh.topology.create_connectivity(dimension, 0)
     mesh.topology.create_connectivity(dimension, mesh.topology.dim)
     return _mesh.meshtags_from_entities(mesh, dimension, adjacency, kept.astype(np.int32))
+
+
+class Tags(NamedTuple):
+    """Values of entities of a mesh."""
+
+    indices: Any
+    values: Any
+
+
+def retagged(tags: Any, values: IntArray) -> Tags:
+    """Tags of the same entities with other values."""
+    return Tags(tags.indices, values)
 
 
 def distribute(mesh: Mesh | None, dimension: int, comm: Any) -> tuple[Any, Any, dict[str, Any]]:

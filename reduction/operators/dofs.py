@@ -1,7 +1,9 @@
-"""The unknowns that are left when surfaces are rigid and the field has a symmetry."""
+"""The unknowns that are left when surfaces are rigid and the field has a cyclic index."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -10,10 +12,12 @@ from petsc4py import PETSc
 
 from solidwhirl.meshing.imported.records import AnyInterface
 from solidwhirl.reduction.errors import ReductionError
+from solidwhirl.reduction.operators import compat
+from solidwhirl.reduction.operators.cyclic import CyclicUnknowns, cyclic_unknowns
+from solidwhirl.reduction.operators.joined import JointField, joint_entries, joint_field
 from solidwhirl.reduction.operators.kinematics import COMPONENTS, Kinematics
-from solidwhirl.reduction.operators.symmetry import symmetric_unknowns
-from solidwhirl.reduction.solvers.halo_exchange import values_of_owners
-from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
+from solidwhirl.reduction.solvers.vectors import apply, folded, paired, unpaired
+from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, IntArray, Matrix
 
 
 def node_of(interface: AnyInterface) -> float | FloatArray:
@@ -22,87 +26,261 @@ def node_of(interface: AnyInterface) -> float | FloatArray:
     return float(z) if x == y == 0.0 else np.array([x, y, z], dtype=float)
 
 
-def motion_vectors(space: Any, kin: Kinematics, z0: float | FloatArray) -> dict[str, FloatArray]:
+def motion_vectors(space: Any, kin: Kinematics, z0: float | FloatArray) -> dict[str, Matrix]:
     """Nodal values (local rows) of the rigid motions about (0, 0, z0) or a point, by component.
 
     Rigid motions are linear in the coordinates, so the second-order elements hold them exactly.
     """
     x = space.tabulate_dof_coordinates()[: space.dofmap.index_map.size_local]
-    return {c: motion(x, z0).ravel() for c, motion in kin.rigid_motions.items()}
+    moves = np.ones((len(x), 1))
+    if kin.joined is not None:  # copies of a drum have the next orders alone
+        moves[kin.joined.copied(space)] = 0.0
+    return {c: (moves * motion(x, z0)).ravel() for c, motion in kin.rigid_motions.items()}
 
 
-def unknowns_transformation(
-    space: Any, kin: Kinematics, facet_tags: dict[str, Any], rigid: list[AnyInterface]
-) -> tuple[Any, IntArray]:
-    """Map û of free unknowns and rigid masters to all unknowns u = T û.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Unknowns:
+    """The unknowns û of a body, and the displacement that they make: u = T û.
 
-    `kin`: kinematics; its symmetry leaves the unknowns of one sector. `rigid`: interfaces whose
-    nodes follow a master. Returns transformation, kept: T as PETSc matrix (None if T is the
-    identity) and the local unknowns that û holds, in order; the masters of all interfaces, each
-    with the kinematics' motions, come last on the last rank. Raises ReductionError: two rigid
-    interfaces share nodes, or the mesh lacks the symmetry.
+    û holds what is free, then, on the last rank, the amplitudes of joints between parts and the
+    motions of rigid masters. On a sector T is
+    complex: its real and its imaginary part are two matrices, and complex û are paired.
     """
+
+    real: Any  #: Re T as PETSc matrix; None: T is the identity
+    imaginary: Any  #: Im T; None: zero
+    #: (free of this rank,) squared norms of T's columns, which are orthogonal
+    norms: FloatArray
+    masters: int  #: Amplitudes of joints and motions of rigid masters on this rank
+    joint: JointField | None  #: Field of the joints between parts; its amplitudes come first
+    joint_count: int  #: Amplitudes of the joints, of all orders
+    #: (free,) local components of u that û holds as they are; None on a sector
+    kept: IntArray | None
+    is_complex: bool
+
+    @property
+    def count(self) -> int:
+        """Unknowns of this rank."""
+        return len(self.norms) + self.masters
+
+    @property
+    def dtype(self) -> type:
+        """Of vectors of unknowns."""
+        return complex if self.is_complex else float
+
+    def displacement(self, block: Matrix) -> Matrix:
+        """Displacement u = T û of every column, (local u, k)."""
+        if self.real is None:
+            return block
+        real = np.ascontiguousarray(paired(block))
+        out = apply(self.real, real)
+        return out if self.imaginary is None else out + 1j * apply(self.imaginary, real)
+
+    def of_motion(self, kin: Kinematics, component: str, values: Matrix) -> Matrix:
+        """Unknowns (local û less the rigid masters) of a rigid motion about the origin.
+
+        `values`: (local u,) what it is at the nodes.
+        """
+        free = self.of_displacement(values[:, None])[:, 0]
+        if self.joint is None or not self.masters:
+            return free
+        amplitudes = np.zeros(self.joint_count, dtype=free.dtype)
+        own = self.joint.of_motion(kin.rigid_motions[component])
+        amplitudes[: len(own)] = own if np.iscomplexobj(amplitudes) else own.real
+        return np.concatenate([free, amplitudes])
+
+    def raised(self, coarse: Unknowns, block: Matrix, values: Matrix) -> Matrix:
+        """Unknowns of a displacement that a coarser space has.
+
+        `block`: (local û, n) its unknowns there; `values`: (local u, n) what it is here.
+        """
+        rows = [self.of_displacement(values)]
+        rest = block[len(coarse.norms) :]
+        if self.masters and self.joint is not None:
+            assert coarse.joint is not None
+            own, k = coarse.joint.count, self.joint.count
+            amplitudes = np.zeros((self.joint_count, block.shape[1]), dtype=block.dtype)
+            amplitudes[:k] = self.joint.raised(coarse.joint, rest[:own])
+            rows.append(amplitudes)
+            rest = rest[coarse.joint_count :]
+        return np.vstack([*rows, rest])
+
+    def loads(self, values: Matrix) -> Matrix:
+        """Tᴴ f of columns of loads on u, (local û, k)."""
+        if self.real is None:
+            return values
+        real, imaginary = self._transposed
+        out = apply(real, np.ascontiguousarray(values.real))
+        if imaginary is not None:
+            out = out + apply(imaginary, np.ascontiguousarray(values.imag))
+        return unpaired(out) if self.is_complex else out
+
+    @cached_property
+    def _transposed(self) -> tuple[Any, Any]:
+        """Transposed matrices, which multiply blocks faster than the matrices from the left."""
+        parts = (self.real, self.imaginary)
+        return tuple(None if m is None else m.copy().transpose() for m in parts)  # type: ignore[return-value]
+
+    def of_displacement(self, values: Matrix) -> Matrix:
+        """Free unknowns (free, k) of displacements that they can make."""
+        return np.asarray(self.loads(values)[: len(self.norms)] / self.norms[:, None])
+
+    def folded(self, matrix: Any) -> Any:
+        """Tᴴ A T of a PETSc matrix of u, which is destroyed."""
+        if self.real is None:
+            return matrix
+        out = folded(matrix, self.real)
+        if self.imaginary is not None:
+            other = folded(matrix, self.imaginary)
+            out.axpy(1.0, other, PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
+            other.destroy()
+        matrix.destroy()
+        return out
+
+    def crossed(self, matrix: Any) -> Any:
+        """(Re T)ᵀ A (Im T) of a PETSc matrix of u, which is destroyed."""
+        product = matrix.matMult(self.imaginary)
+        out = self.real.transposeMatMult(product)
+        product.destroy()
+        matrix.destroy()
+        return out
+
+    def destroy(self) -> None:
+        """Free the matrices."""
+        made = self.__dict__.get("_transposed", ())
+        for matrix in (self.real, self.imaginary, *made):
+            if matrix is not None:
+                matrix.destroy()
+
+
+def body_unknowns(
+    space: Any, kin: Kinematics, facet_tags: dict[str, Any], rigid: list[AnyInterface]
+) -> Unknowns:
+    """Return the free unknowns and those of rigid masters, and how they make all displacements.
+
+    `kin`: kinematics; its cyclic index leaves the unknowns of one sector. `rigid`: interfaces whose
+    nodes follow a master; the masters come in their order, each with the kinematics' motions.
+    Raises ReductionError: two rigid interfaces share nodes, or the mesh is not the sector it is
+    said to be.
+    """
+    owner = _owners(space, facet_tags, rigid)
+    if kin.cyclic is None and not rigid:
+        count = 3 * len(owner)
+        return Unknowns(real=None, imaginary=None, norms=np.ones(count), masters=0, joint=None,
+                        joint_count=0, kept=np.arange(count), is_complex=False)  # fmt: skip
+    tied = owner >= 0
+    if kin.cyclic is None:
+        return _with_masters(space, kin, rigid, owner, _whole_unknowns(space, tied))
+    if kin.joined is None:
+        cyclics, parts = [kin.cyclic], np.zeros(len(owner), dtype=np.int64)
+    else:
+        parts = kin.joined.node_parts(space)
+        cyclics = [
+            replace(kin.cyclic, sector=sector, index=kin.cyclic.index + (shift or 0))
+            for sector, shift in zip(kin.joined.sectors, kin.joined.shifts, strict=True)
+        ]
+        tied = tied | kin.joined.joint_nodes(space) | kin.joined.still(parts)
+    return _with_masters(space, kin, rigid, owner, cyclic_unknowns(space, cyclics, parts, tied))
+
+
+def _whole_unknowns(space: Any, tied: BoolArray) -> CyclicUnknowns:
+    """All components of the nodes that are not tied."""
+    rows = np.flatnonzero(np.repeat(~tied, 3))
+    start = int(space.mesh.comm.scan(len(rows))) - len(rows)
+    return CyclicUnknowns(
+        rows=rows,
+        columns=start + np.arange(len(rows)),
+        factors=np.ones(len(rows), dtype=complex),
+        norms=np.ones(len(rows)),
+    )
+
+
+def _with_masters(
+    space: Any, kin: Kinematics, rigid: list[AnyInterface], owner: IntArray, free: CyclicUnknowns
+) -> Unknowns:
+    """Matrices of the free unknowns and of the masters."""
+    comm = space.mesh.comm
     motions = [c for c in COMPONENTS if c in kin.rigid_motions]
-    related = symmetric_unknowns(space, kin.symmetry)
-    owner, follow = _rigid_followers(space, kin, facet_tags, rigid, motions)
-    kept = np.flatnonzero(related.kept & (owner < 0))
-    if not rigid and kin.symmetry.turns == 1:
-        return None, kept
-    comm, n_local = space.mesh.comm, len(owner)
-    own, total = _own_columns(comm, n_local, kept)
-    masters = len(rigid) * len(motions)
-    free = np.flatnonzero((owner < 0) & (related.source >= 0))
-    tied = np.flatnonzero(owner >= 0)
-    counts = np.zeros(n_local, dtype=np.int64)
-    counts[free], counts[tied] = 1, len(motions)
-    indptr = np.concatenate([[0], np.cumsum(counts)])
-    indices, data = np.empty(indptr[-1], dtype=np.int64), np.empty(indptr[-1])
-    indices[indptr[free]] = values_of_owners(own, related.source[free], comm)
-    data[indptr[free]] = related.sign[free]
-    for i in tied:
-        span = slice(indptr[i], indptr[i + 1])
-        indices[span] = total + owner[i] * len(motions) + np.arange(len(motions))
-        data[span] = follow[i]
-    local_columns = len(kept) + (masters if comm.rank == comm.size - 1 else 0)
-    rows = space.dofmap.index_map.size_global * space.dofmap.index_map_bs
+    total, field, amplitudes = comm.allreduce(len(free.norms)), None, 0
+    parts = [(free.rows, free.columns, free.factors)]
+    if kin.joined is not None:
+        assert kin.cyclic is not None
+        degree, is_real = compat.polynomial_degree(space), not kin.cyclic.has_two_parts
+        field = joint_field(kin.joined, degree, is_real=is_real)
+        rows, columns, factors = joint_entries(space, kin.joined, field, kin.cyclic.index)
+        parts.append((rows, total + columns, factors))
+        amplitudes = len(kin.joined.orders) * field.count
+    for k, interface in enumerate(rigid):
+        values = motion_vectors(space, kin, node_of(interface))
+        rows = np.flatnonzero(np.repeat(owner == k, 3))
+        for j, c in enumerate(motions):
+            column = np.full(len(rows), total + amplitudes + k * len(motions) + j)
+            parts.append((rows, column, values[c][rows].astype(complex)))
+    rows, columns, factors = (np.concatenate(part) for part in zip(*parts, strict=True))
+    is_complex = kin.cyclic is not None and kin.cyclic.has_complex_amplitudes
+    masters = amplitudes + len(rigid) * len(motions)
+    own = masters if comm.rank == comm.size - 1 else 0
+    size = (len(free.norms) + own, total + masters)
+    nodes = space.dofmap.index_map
+    height = (3 * nodes.size_local, 3 * nodes.size_global)
+    if is_complex:
+        # p (a + ib): a moves the real part by Re p and the imaginary one by Im p, b by -Im p, Re p
+        rows = np.concatenate([rows, rows])
+        columns = np.concatenate([2 * columns, 2 * columns + 1])
+        factors = np.concatenate([factors, 1j * factors])
+        size = (2 * size[0], 2 * size[1])
+    parts_of_t = [_sparse(rows, columns, values, height, size, comm)
+                  for values in (factors.real, factors.imag)]  # fmt: skip
+    if kin.cyclic is None or not kin.cyclic.has_two_parts:
+        parts_of_t.pop().destroy()
+        parts_of_t.append(None)
+    return Unknowns(
+        real=parts_of_t[0],
+        imaginary=parts_of_t[1],
+        norms=free.norms,
+        masters=own,
+        joint=field,
+        joint_count=amplitudes,
+        kept=free.rows if kin.cyclic is None else None,
+        is_complex=is_complex,
+    )
+
+
+def _sparse(
+    rows: IntArray,
+    columns: IntArray,
+    values: FloatArray,
+    height: tuple[int, int],
+    width: tuple[int, int],
+    comm: Any,
+) -> Any:
+    """PETSc matrix of entries in rows of this rank, zeros left out."""
+    there = values != 0.0
+    rows, columns, values = rows[there], columns[there], values[there]
+    order = np.lexsort((columns, rows))
+    indptr = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=height[0]))])
     out = PETSc.Mat().createAIJ(
-        size=((n_local, rows), (local_columns, total + masters)),
-        csr=(indptr.astype(PETSc.IntType), indices.astype(PETSc.IntType), data),
+        size=(height, width),
+        csr=(
+            indptr.astype(PETSc.IntType),
+            columns[order].astype(PETSc.IntType),
+            values[order],
+        ),
         comm=comm,
     )
     out.assemble()
-    return out, kept
+    return out
 
 
-def _own_columns(comm: Any, n_local: int, kept: IntArray) -> tuple[IntArray, int]:
-    """Column in û of every unknown of this rank (-1: none), and how many there are on all."""
-    start = comm.scan(len(kept)) - len(kept)
-    own = np.full(n_local, -1, dtype=np.int64)
-    own[kept] = start + np.arange(len(kept))
-    return own, comm.allreduce(len(kept))
-
-
-def _rigid_followers(
-    space: Any,
-    kin: Kinematics,
-    facet_tags: dict[str, Any],
-    rigid: list[AnyInterface],
-    motions: list[str],
-) -> tuple[IntArray, FloatArray]:
-    """Interface that each local unknown follows (-1: none), and its factors of the motions."""
-    index_map, bs = space.dofmap.index_map, space.dofmap.index_map_bs
-    n_local = index_map.size_local * bs
-    owner = np.full(n_local, -1, dtype=np.int64)
-    follow = np.zeros((n_local, len(motions)))
+def _owners(space: Any, facet_tags: dict[str, Any], rigid: list[AnyInterface]) -> IntArray:
+    """Rigid interface that each node of this rank follows, -1: none."""
+    index_map = space.dofmap.index_map
+    owner = np.full(index_map.size_local, -1, dtype=np.int64)
     for k, interface in enumerate(rigid):
         tags = facet_tags[interface.name]
-        blocks = fem.locate_dofs_topological(space, tags.dim, tags.indices)
-        blocks = blocks[blocks < index_map.size_local]
-        unknowns = (blocks[:, None] * bs + np.arange(bs)).ravel()
-        if space.mesh.comm.allreduce(int(np.sum(owner[unknowns] >= 0))):
+        nodes = fem.locate_dofs_topological(space, tags.dim, tags.indices)
+        nodes = nodes[nodes < index_map.size_local]
+        if space.mesh.comm.allreduce(int(np.sum(owner[nodes] >= 0))):
             raise ReductionError(f"rigid interface {interface.name!r} shares nodes with another")
-        values = motion_vectors(space, kin, node_of(interface))
-        owner[unknowns] = k
-        if motions:
-            follow[unknowns] = np.column_stack([values[c] for c in motions])[unknowns]
-    return owner, follow
+        owner[nodes] = k
+    return owner

@@ -15,13 +15,17 @@ from typing import Any
 
 import numpy as np
 import ufl
+from dolfinx import fem
 
 from solidwhirl.reduction.operators import compat
-from solidwhirl.reduction.operators.symmetry import LATERAL, NONE, Symmetry
-from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.reduction.operators.cyclic import CyclicIndex
+from solidwhirl.reduction.operators.joined import JoinedParts
+from solidwhirl.rotordyn.core.arrays import FloatArray, Matrix
 
 #: Rigid motions: translations and right-handed rotations about x, y, z through a point.
 COMPONENTS = ("ux", "uy", "uz", "rx", "ry", "rz")
+# The second family with the amplitudes of a tilt +ry turns about -x.
+_SECOND_FAMILY = {"ux": ("uy", 1.0), "ry": ("rx", -1.0)}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,26 +33,28 @@ class Kinematics:
     """Strain, gradient and spin derivative of a displacement, as UFL."""
 
     dimension: int  #: 2 (meridian) or 3 (solid)
-    harmonic: int | None  #: Circumferential order n of the meridian, or None for the solid
+    #: Circumferential order n of the meridian, cyclic index h of a sector; None: the whole solid
+    harmonic: int | None
     #: How many copies of the body's unknowns there are: 2 for n >= 1 (cos and sin family, which
     #: share every matrix and are coupled by the spin derivative), else 1
     families: int
-    #: Factor of the volume element (r times the integral over θ; `copies` for the solid)
+    #: Factor of the volume element (r times the integral over θ; of a sector its copies)
     weight: Any
     #: Functions of u: (3, 3) UFL tensors
     strain: Callable[[Any], Any]
     gradient: Callable[[Any], Any]
-    spin: Callable[[Any], Any]  #: D u; for two families, P u with D cos = -P sin, D sin = P cos
+    #: D u; on the meridian of two families, P u with D cos = -P sin, D sin = P cos
+    spin: Callable[[Any], Any]
     #: By component (of the first family), the rigid motion of unit amplitude about the point (0, 0,
     #: z0): nodal values (m, 3) from node coordinates (m, 3) and z0; on the solid about any point
-    #: (3,)
-    rigid_motions: Mapping[str, Callable[[FloatArray, Any], FloatArray]]
+    #: (3,); complex on a sector
+    rigid_motions: Mapping[str, Callable[[FloatArray, Any], Matrix]]
     #: First family's component to (component, sign) of the second family
     second_family: Mapping[str, tuple[str, float]]
     #: Body force per unit density and unit speed squared, r e_r, in the components of u
     centrifugal: Any
-    symmetry: Symmetry = NONE
-    copies: int = 1  #: Turned copies of the mesh that make the solid
+    cyclic: CyclicIndex | None = None  #: Of a sector, see `operators.cyclic`
+    joined: JoinedParts | None = None  #: Of parts with sectors of different counts
 
 
 def solid(domain: Any) -> Kinematics:
@@ -73,22 +79,46 @@ def solid(domain: Any) -> Kinematics:
     )
 
 
-def symmetric_solid(domain: Any, symmetry: Symmetry, copies: int = 1) -> Kinematics:
-    """Kinematics of the solid, for the fields of one symmetry and their rigid motions alone.
+def sector(domain: Any, cyclic: CyclicIndex, joined: JoinedParts | None = None) -> Kinematics:
+    """Kinematics of one cyclic index on a sector of the solid.
 
-    `domain`: mesh of the solid, or of the half at 0 <= θ <= 180°, of which two turned copies make
-    the solid. `symmetry`: LATERAL (odd circumferential orders) or AXISYMMETRIC (the centrifugal
-    field).
+    The amplitudes of index 1 are those of the meridian: u = Re[(q1 - i q2) Φ] with q1 and q2 of the
+    first and the second family. Forms are of one part of Φ, see `operators.cyclic`. `joined`: parts
+    whose sectors differ from that of the index, which is the first part's.
     """
     whole = solid(domain)
-    named = ("ux", "uy", "rx", "ry") if symmetry == LATERAL else ("uz", "rz")
+    motions: dict[str, Callable[[FloatArray, Any], Matrix]] = {}
+    if cyclic.index == 0:
+        # of half a sector, torsion is antisymmetric
+        factor = 1j if cyclic.sector.mirrored else 1.0
+        motions = {
+            "uz": whole.rigid_motions["uz"],
+            "rz": lambda x, z0: factor * whole.rigid_motions["rz"](x, z0),
+        }
+        if cyclic.symmetric:
+            del motions["rz"]
+    elif cyclic.index == 1:
+        motions = {"ux": _turning_translation, "ry": _turning_tilt}
     return replace(
         whole,
-        rigid_motions={c: m for c, m in whole.rigid_motions.items() if c in named},
-        symmetry=symmetry,
-        copies=copies,
-        weight=compat.constant(domain, float(copies)),
+        harmonic=cyclic.index,
+        families=1 if cyclic.is_real else 2,
+        weight=_weight(domain, cyclic, joined),
+        rigid_motions=motions,
+        second_family=_SECOND_FAMILY if cyclic.index == 1 else {},
+        cyclic=cyclic,
+        joined=joined,
     )
+
+
+def _weight(domain: Any, cyclic: CyclicIndex, joined: JoinedParts | None) -> Any:
+    """Factor of integrals over a sector, or over each part of a joined body."""
+    if joined is None:
+        return compat.constant(domain, cyclic.weight)
+    own = np.array([replace(cyclic, sector=sector).weight for sector in joined.sectors])
+    field = fem.Function(compat.scalar_space(domain, "DG", 0))
+    field.x.array[:] = own[joined.cell_part]
+    return field
 
 
 def harmonic(domain: Any, order: int) -> Kinematics:
@@ -134,8 +164,7 @@ def harmonic(domain: Any, order: int) -> Kinematics:
         gradient=gradient,
         spin=spin,
         rigid_motions=motions,
-        # the sin family with the amplitudes of a tilt +ry turns about -x
-        second_family={"ux": ("uy", 1.0), "ry": ("rx", -1.0)} if order == 1 else {},
+        second_family=_SECOND_FAMILY if order == 1 else {},
         centrifugal=ufl.as_vector((r, 0.0 * r, 0.0 * r)),
     )
 
@@ -147,6 +176,17 @@ def _solid_motion(index: int, x: FloatArray, z0: float | FloatArray) -> FloatArr
         return np.broadcast_to(unit, x.shape).copy()
     about = np.array([0.0, 0.0, z0]) if np.ndim(z0) == 0 else z0
     return np.asarray(np.cross(unit, x - about))
+
+
+def _turning_translation(x: FloatArray, z0: float) -> Matrix:
+    """Index 1: ux in the first family, uy in the second."""
+    return np.broadcast_to(np.array([1.0, 1.0j, 0.0]), x.shape)
+
+
+def _turning_tilt(x: FloatArray, z0: float) -> Matrix:
+    """Index 1: rotation about +y in the first family, about -x in the second."""
+    z = x[:, 2] - z0
+    return np.column_stack([z, 1j * z, -x[:, 0] - 1j * x[:, 1]])
 
 
 def _lateral_motion(x: FloatArray, z0: float) -> FloatArray:

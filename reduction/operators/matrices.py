@@ -3,29 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import ufl
-from petsc4py import PETSc
 
 from solidwhirl.meshing import Mesh
 from solidwhirl.meshing.imported.records import AnyBody
 from solidwhirl.reduction.operators import compat, forms, kinematics, solid_matrices
 from solidwhirl.reduction.operators.coupling import Coupling, couple, reduced_motion
-from solidwhirl.reduction.operators.dofs import motion_vectors
+from solidwhirl.reduction.operators.cyclic import CyclicIndex
+from solidwhirl.reduction.operators.dofs import Unknowns, motion_vectors
+from solidwhirl.reduction.operators.joined import JoinedParts, distributed
 from solidwhirl.reduction.operators.kinematics import Kinematics
 from solidwhirl.reduction.operators.prestress import centrifugal_displacement
-from solidwhirl.reduction.operators.symmetry import (
-    AXISYMMETRIC,
-    LATERAL,
-    sector_mesh,
-    whole_node_count,
-)
 from solidwhirl.reduction.solvers.memory import return_free_memory
-from solidwhirl.reduction.solvers.vectors import folded, project
-from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.reduction.solvers.vectors import project
+from solidwhirl.rotordyn.core.arrays import FloatArray, Matrix
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,12 +33,11 @@ class OperatorEffects:
     centrifugal: bool
     #: Rigid motions that each interface carries, some of ux, uy, uz, rx, ry, rz
     components: Mapping[str, tuple[str, ...]]
-    #: Solid level: only lateral motion is asked for, so only fields with its symmetry under a half
-    #: turn are sought
-    lateral_only: bool
-    #: Of a solid: "quartered" is of revolution, and its mesh the same after a quarter turn; "round"
-    #: is of revolution on a mesh of any kind; "any" does not turn and may have any shape
-    shape: str = "quartered"
+    #: Of a solid: "cyclic" is a sector; on a mesh of the whole "round" is of revolution, "any" does
+    #: not turn and may have any shape
+    shape: str = "cyclic"
+    #: Of a body of joined parts: whether the orders next to the index are taken in where they meet
+    neighbours: bool = False
     #: How systems of a solid are solved, see `solidwhirl.reduction.operators.solver_choice`
     solver: str = "auto"
 
@@ -69,21 +63,24 @@ class BodyOperators:
     """
 
     level: str
-    harmonic: int | None  #: Circumferential order, None for the solid
-    families: int  #: Copies of the unknowns (2: cos and sin family with the same matrices)
+    #: Circumferential order of a meridian, cyclic index of a sector, None for the whole solid
+    harmonic: int | None
+    #: Copies of the unknowns (2: cos and sin family, or the plane of x and that of y, with the same
+    #: matrices)
+    families: int
     mass: Any
     stiffness: Any
     gyroscopic: Any  #: G (one family) or N of G = [[0, 2N], [-2N, 0]] (two); None if not asked
     #: Kσ and S at unit speed; None if not asked
     stress_stiffening: Any
     spin_softening: Any
-    #: Solid only: ∫ ρ Jv·Ju with J the generator of a turn of the whole field; its Rayleigh
+    #: Whole solid only: ∫ ρ Jv·Ju with J the generator of a turn of the whole field; its Rayleigh
     #: quotient over M is the square of a mode's circumferential order
     circulation: Any
-    turn: Any  #: Solid only: ∫ ρ v·Ju
-    coupling: Coupling  #: Interface rows B and the map u = T û
+    turn: Any  #: Whole solid only: ∫ ρ v·Ju
+    coupling: Coupling  #: Interface rows B and the displacement u = T û
     #: Rigid motions about the origin by component, local rows of û
-    rigid_motions: Mapping[str, FloatArray]
+    rigid_motions: Mapping[str, Matrix]
     #: Component of the first family to (component, sign) of the second
     second_family: Mapping[str, tuple[str, float]]
     #: Largest hoop strain of the centrifugal field at unit speed (per (rad/s)²), 0 without it
@@ -91,7 +88,8 @@ class BodyOperators:
     #: Solid: (6, 6) mass matrix of the mesh for the rigid motions about the origin; None on the
     #: meridian, whose straight edges hold the profile exactly
     rigid_mass: FloatArray | None
-    full_dofs: int  #: Unknowns of the whole body (all families) before reduction
+    #: Unknowns before reduction: of the whole solid, or of all families of what is meshed of it
+    full_dofs: int
     space: Any
     ingredients: Ingredients
     assembled: tuple[str, ...]
@@ -106,9 +104,10 @@ class BodyOperators:
         comm = self.mass.comm
         compat.collect_garbage(comm)
         own = (getattr(self, name) for name in _MATRICES)
-        for matrix in (*own, self.coupling.transformation, self.ingredients.component_mass):
+        for matrix in (*own, self.ingredients.component_mass):
             if matrix is not None:
                 matrix.destroy()
+        self.coupling.unknowns.destroy()
         return_free_memory()
 
 
@@ -124,22 +123,27 @@ def build_operators(
     """Assemble the operators of a body.
 
     `mesh`: meridian (harmonic level) or solid mesh; needed on rank 0 only. `order`: circumferential
-    order n on a meridian mesh, None on a solid mesh. Raises ReductionError: interfaces that can not
-    be coupled.
+    order n on a meridian mesh, cyclic index h on that of a sector, None on a mesh of the whole
+    solid. Raises ReductionError: interfaces that can not be coupled.
     """
-    dimension = 3 if order is None else 2
-    copies = 2 if order is None and effects.lateral_only else 1
-    materials = comm.bcast(mesh.materials if mesh is not None else None, root=0)
-    part = sector_mesh(mesh, copies) if mesh is not None else None
-    domain, material_tags, facet_tags = compat.distribute(part, dimension, comm)
-    kin = _kinematics(domain, order, copies)
+    about = (mesh.dimension, mesh.sector, mesh.materials) if mesh is not None else None
+    dimension, sector, materials = comm.bcast(about, root=0)
+    domain, material_tags, facet_tags, joined = distributed(mesh, dimension, len(materials), comm)
+    if dimension == 2:
+        kin, assemble = kinematics.harmonic(domain, order or 0), _assemble_meridian
+    elif order is None:
+        kin, assemble = kinematics.solid(domain), _assemble_solid
+    else:
+        cyclic = CyclicIndex(sector=sector, index=order)
+        if joined is not None and effects.neighbours and order == 1:
+            joined = joined.every_order()
+        kin, assemble = kinematics.sector(domain, cyclic, joined), _assemble_sector
     matter = forms.medium(domain, material_tags, materials)
     space = compat.vector_space(domain, degree, 3)
     coupling = couple(space, kin, facet_tags, body.interfaces, effects.components, effects.shape)
-    assemble = _assemble_solid if order is None else _assemble_meridian
     assembly = assemble(space, kin, matter, degree, effects, coupling)
     return BodyOperators(
-        level="solid" if order is None else "harmonic",
+        level="solid" if dimension == 3 else "harmonic",
         harmonic=order,
         families=kin.families,
         **{name: assembly.matrices.get(name) for name in _MATRICES},
@@ -150,7 +154,7 @@ def build_operators(
         second_family=kin.second_family,
         hoop_strain=assembly.hoop_strain,
         rigid_mass=assembly.rigid_mass,
-        full_dofs=3 * whole_node_count(space, copies) * kin.families,
+        full_dofs=_full_dofs(space, kin, coupling.unknowns),
         space=space,
         ingredients=Ingredients(
             kinematics=kin,
@@ -195,33 +199,134 @@ def _assemble_meridian(
     effects: OperatorEffects,
     coupling: Coupling,
 ) -> _Assembly:
-    """Assemble what the effects ask for, nothing else."""
-    u, v, dx = _arguments(space, kin, degree)
-    wanted = {"stiffness": forms.stiffness_form, "mass": forms.mass_form}
-    if effects.gyroscopic:
-        wanted["gyroscopic"] = forms.gyroscopic_form
-    matrices = {name: assembled(form(kin, matter, u, v, dx)) for name, form in wanted.items()}
-    ledger, field, hoop = list(matrices), None, 0.0
+    """Assemble one circumferential order: what the effects ask for, nothing else."""
+    field, hoop, prestress = None, 0.0, None
+    dx = forms.measure(space.mesh, kin, degree)
     if effects.centrifugal:
-        around, static = kin, matrices["stiffness"]
-        if kin.harmonic != 0:
-            around = kinematics.harmonic(space.mesh, 0)
-            static = assembled(forms.stiffness_form(around, matter, u, v, dx))
-            ledger.append("axisymmetric_stiffness")
+        around = kin if kin.harmonic == 0 else kinematics.harmonic(space.mesh, 0)
+        static = _stiffness(space, around, matter, dx)
         field, hoop = centrifugal_displacement(space, around, matter, dx, static)
+        static.destroy()
         prestress = forms.stress(around, matter, field)
-        matrices["stress_stiffening"] = assembled(forms.stiffening_form(kin, prestress, u, v, dx))
-        matrices["spin_softening"] = assembled(forms.softening_form(kin, matter, u, v, dx))
-        ledger += ["prestress", "stress_stiffening", "spin_softening"]
-    one = _one_component(matrices["mass"])
+    matrices = meridian_matrices(space, kin, matter, dx, effects, prestress, coupling.unknowns)
     return _Assembly(
-        matrices={name: _coupled(matrix, coupling) for name, matrix in matrices.items()},
+        matrices=matrices,
         centrifugal_field=field,
         hoop_strain=hoop,
         rigid_mass=None,
-        component_mass=one,
-        ledger=tuple(ledger),
+        component_mass=solid_matrices.component_mass(space, kin, matter, dx),
+        ledger=_ledger(kin, matrices, prestressed=effects.centrifugal),
     )
+
+
+def _assemble_sector(
+    space: Any,
+    kin: Kinematics,
+    matter: forms.Medium,
+    degree: int,
+    effects: OperatorEffects,
+    coupling: Coupling,
+) -> _Assembly:
+    """Assemble one cyclic index of a sector: what the effects ask for, nothing else."""
+    assert kin.cyclic is not None
+    field, hoop, prestress = None, 0.0, None
+    dx = forms.measure(space.mesh, kin, degree)
+    stiffness = _stiffness(space, kin, matter, dx)
+    if effects.centrifugal:
+        # of half a sector the symmetric part; the amplitudes of joints are not told apart
+        symmetric = kin.cyclic.sector.mirrored and kin.joined is None
+        at_rest = replace(kin.cyclic, index=0, symmetric=symmetric)
+        # the answer is that of any factor on both the stiffness and the load
+        around = replace(kinematics.sector(space.mesh, at_rest, kin.joined), weight=kin.weight)
+        field, hoop = centrifugal_displacement(space, around, matter, dx, stiffness.copy())
+        prestress = forms.stress(kin, matter, field)
+    one = solid_matrices.component_mass(space, kin, matter, dx)
+    matrices = sector_matrices(space, kin, (stiffness, one), dx, effects, prestress,
+                               coupling.unknowns)  # fmt: skip
+    share = kin.cyclic.mesh_copies / kin.cyclic.weight
+    return _Assembly(
+        matrices=matrices,
+        centrifugal_field=field,
+        hoop_strain=hoop,
+        rigid_mass=share * turned_mean(_rigid_mass(space, one, kin.joined)),
+        component_mass=one,
+        ledger=_ledger(kin, matrices, prestressed=effects.centrifugal),
+    )
+
+
+def _stiffness(space: Any, kin: Kinematics, matter: forms.Medium, dx: Any) -> Any:
+    """K of all of u."""
+    u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
+    return assembled(forms.stiffness_form(kin, matter, u, v, dx))
+
+
+def _ledger(kin: Kinematics, matrices: Mapping[str, Any], *, prestressed: bool) -> tuple[str, ...]:
+    """What was assembled for one order, and solved for its prestress."""
+    # of a sector the mass and the terms of the spin follow from the mass of one component
+    made = () if kin.cyclic is None else ("mass", "gyroscopic", "spin_softening")
+    static = ("prestress",) if prestressed else ()
+    if prestressed and kin.cyclic is None:
+        static = ("axisymmetric_stiffness", *static)
+    return (*(name for name in matrices if name not in made), "component_mass", *static)
+
+
+def meridian_matrices(
+    space: Any,
+    kin: Kinematics,
+    matter: forms.Medium,
+    dx: Any,
+    effects: OperatorEffects,
+    prestress: Any,
+    unknowns: Unknowns,
+) -> dict[str, Any]:
+    """Return the matrices of one circumferential order by name.
+
+    `prestress`: stress at unit speed (UFL), None without it.
+    """
+    u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
+    wanted = {
+        "stiffness": forms.stiffness_form(kin, matter, u, v, dx),
+        "mass": forms.mass_form(kin, matter, u, v, dx),
+    }
+    if effects.gyroscopic:
+        wanted["gyroscopic"] = forms.gyroscopic_form(kin, matter, u, v, dx)
+    if prestress is not None:
+        wanted["stress_stiffening"] = forms.stiffening_form(kin, prestress, u, v, dx)
+        wanted["spin_softening"] = forms.softening_form(kin, matter, u, v, dx)
+    return {name: unknowns.folded(assembled(form)) for name, form in wanted.items()}
+
+
+def sector_matrices(
+    space: Any,
+    kin: Kinematics,
+    parts: tuple[Any, Any],
+    dx: Any,
+    effects: OperatorEffects,
+    prestress: Any,
+    unknowns: Unknowns,
+) -> dict[str, Any]:
+    """Return the matrices of one cyclic index of a sector by name, in inertial coordinates.
+
+    A turn of the frame multiplies the amplitudes of index 1 by a phase, so that what is constant in
+    the frame that turns with the body is so in the fixed one too (multi-blade coordinates): with
+    C = ∫ρ v·(e_z×u), N = M - iC and S = ∫ρ (e_z×v)·(e_z×u) + M - 2iC the matrices are those of the
+    meridian. Real fields, as of index 0, have G = 2C and S = ∫ρ (e_z×v)·(e_z×u).
+
+    `parts`: K of all of u, which is destroyed, and M of one component. `prestress`: stress at unit
+    speed (UFL), None without it.
+    """
+    stiffness, one = parts
+    matrices = {
+        "stiffness": unknowns.folded(stiffness),
+        "mass": unknowns.folded(solid_matrices.componentwise(one)),
+    }
+    for name, found in solid_matrices.sector_spin(unknowns, kin.families, one).items():
+        if effects.gyroscopic if name == "gyroscopic" else effects.centrifugal:
+            matrices[name] = found
+    if prestress is not None:
+        stiffening = solid_matrices.component_stiffening(space, kin, prestress, dx)
+        matrices["stress_stiffening"] = solid_matrices.sector_stiffening(unknowns, stiffening)
+    return matrices
 
 
 def _assemble_solid(
@@ -234,79 +339,61 @@ def _assemble_solid(
 ) -> _Assembly:
     """Assemble the stiffness of vectors and all other matrices by component."""
     u, v, dx = _arguments(space, kin, degree)
-    turned = coupling.transformation
+    unknowns = coupling.unknowns
     parts = solid_matrices.component_matrices(space, kin, matter, dx)
     ledger, field, hoop = ["stiffness", "mass", "spin", "spin_softening"], None, 0.0
     names = ["mass", *(["circulation", "turn"] if effects.shape != "any" else [])]
     names += ["gyroscopic"] if effects.gyroscopic else []
-    matrices = {name: solid_matrices.vector_matrix(name, parts, turned) for name in names}
+    matrices = {name: unknowns.folded(solid_matrices.vector_matrix(name, parts)) for name in names}
     stiffness = assembled(forms.stiffness_form(kin, matter, u, v, dx))
     if effects.centrifugal:
-        around, weight = (kinematics.symmetric_solid(space.mesh, AXISYMMETRIC, kin.copies), None)
-        if effects.shape != "quartered":
-            around, weight = kin, parts.mass
         field, hoop = centrifugal_displacement(
-            space, around, matter, dx, stiffness, weight, solver=effects.solver
+            space, kin, matter, dx, stiffness, parts.mass, solver=effects.solver
         )
-        prestress = forms.stress(around, matter, field)
+        prestress = forms.stress(kin, matter, field)
         stiffening = solid_matrices.component_stiffening(space, kin, prestress, dx)
-        matrices["stress_stiffening"] = solid_matrices.componentwise(stiffening, turned)
-        matrices["spin_softening"] = solid_matrices.componentwise(parts.softening, turned)
+        for name, part in (("stress_stiffening", stiffening), ("spin_softening", parts.softening)):
+            matrices[name] = unknowns.folded(solid_matrices.componentwise(part))
         ledger += ["prestress", "stress_stiffening"]
-    matrices["stiffness"] = _coupled(stiffness, coupling)
+    matrices["stiffness"] = unknowns.folded(stiffness)
     return _Assembly(
         matrices=matrices,
         centrifugal_field=field,
         hoop_strain=hoop,
-        rigid_mass=_rigid_mass(space, kin, parts.mass),
+        rigid_mass=_rigid_mass(space, parts.mass),
         component_mass=parts.mass,
         ledger=tuple(ledger),
     )
 
 
-def _kinematics(domain: Any, order: int | None, copies: int) -> Kinematics:
-    if order is not None:
-        return kinematics.harmonic(domain, order)
-    # the half is worked on when lateral motion alone is asked for
-    return (
-        kinematics.solid(domain)
-        if copies == 1
-        else kinematics.symmetric_solid(domain, LATERAL, copies)
-    )
+def _full_dofs(space: Any, kin: Kinematics, unknowns: Unknowns) -> int:
+    """Unknowns before reduction."""
+    if kin.cyclic is None:
+        return int(3 * space.dofmap.index_map.size_global * kin.families)
+    return int(space.mesh.comm.allreduce(unknowns.count)) * kin.families
 
 
-def _rigid_mass(space: Any, kin: Kinematics, mass: Any) -> FloatArray:
-    """Rᵀ M R with the six rigid motions R of the solid, M given by component."""
-    motions = motion_vectors(space, kinematics.solid(space.mesh), 0.0)
+def _rigid_mass(space: Any, mass: Any, joined: JoinedParts | None = None) -> FloatArray:
+    """Rᵀ M R with the six rigid motions R of the solid, M given by component; of copies none."""
+    motions = motion_vectors(space, replace(kinematics.solid(space.mesh), joined=joined), 0.0)
     values = np.column_stack(list(motions.values())).reshape(-1, 3, len(motions))
     comm = space.mesh.comm
-    out = np.sum([project(mass, values[:, i], comm) for i in range(3)], axis=0)
-    if kin.copies > 1:
-        # over the whole, lateral and axial motions are orthogonal; half of it does not know
-        lateral = np.array([c in kin.rigid_motions for c in motions])
-        out = np.where(lateral[:, None] == lateral, out, 0.0)
+    return np.asarray(np.sum([project(mass, values[:, i], comm) for i in range(3)], axis=0))
+
+
+def turned_mean(rigid_mass: FloatArray) -> FloatArray:
+    """Mean of a (6, 6) rigid mass matrix over turns about the axis."""
+    turn = np.zeros((6, 6))
+    turn[1, 0] = turn[4, 3] = 1.0
+    turn[0, 1] = turn[3, 4] = -1.0
+    lateral = turn.any(axis=0)
+    out = np.where(lateral[:, None] == lateral, rigid_mass, 0.0)
+    both = np.ix_(lateral, lateral)
+    out[both] = 0.5 * (rigid_mass + turn.T @ rigid_mass @ turn)[both]
     return np.asarray(out)
-
-
-def _one_component(matrix: Any) -> Any:
-    """Rows and columns of the first of the three components of all nodes."""
-    first, end = matrix.getOwnershipRange()
-    own = PETSc.IS().createStride((end - first) // 3, first=first, step=3, comm=matrix.comm)
-    out = matrix.createSubMatrix(own, own)
-    own.destroy()
-    return out
 
 
 def assembled(form: Any, coupling: Coupling | None = None) -> Any:
     """Matrix of a UFL form, with a coupling in the unknowns û."""
     matrix = compat.assemble_matrix(compat.compiled(form))
-    return matrix if coupling is None else _coupled(matrix, coupling)
-
-
-def _coupled(matrix: Any, coupling: Coupling) -> Any:
-    """Tᵀ A T; A is destroyed."""
-    if coupling.transformation is None:
-        return matrix
-    out = folded(matrix, coupling.transformation)
-    matrix.destroy()
-    return out
+    return matrix if coupling is None else coupling.unknowns.folded(matrix)

@@ -10,10 +10,10 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from solidwhirl.reduction.operators import compat, forms
-from solidwhirl.reduction.operators.dofs import motion_vectors, unknowns_transformation
+from solidwhirl.reduction.operators.dofs import body_unknowns, motion_vectors
 from solidwhirl.reduction.operators.kinematics import Kinematics
 from solidwhirl.reduction.operators.solver_choice import block_places, prepared_solver
-from solidwhirl.reduction.solvers.vectors import apply, apply_transposed, folded, inner
+from solidwhirl.reduction.solvers.vectors import apply, inner
 from solidwhirl.rotordyn.core.arrays import FloatArray
 
 # Nearer to the axis than this part of the radius a mesh without symmetry shows its own unevenness.
@@ -36,28 +36,29 @@ def centrifugal_displacement(
     determinate way, so that no reaction arises. Rigid interface couplings are not applied: the
     stress they would carry is not seen by the geometric stiffness.
 
-    `kin`: kinematics of order 0 (meridian) or of the solid's axisymmetric fields. `stiffness`: K of
-    all unknowns, without interface couplings. `component_mass`: M of one component (solid), for a
-    mesh without symmetry: what is left of the load's resultants there is taken up by the inertia of
-    a rigid motion. None: nothing is left. Returns u0, hoop: displacement (Function) [m/(rad/s)²]
-    and the largest hoop strain u_r/r [1/(rad/s)²].
+    `kin`: kinematics of order 0 (meridian), of index 0 (sector) or of the whole solid. `stiffness`:
+    K of all of u, without interface couplings; that of a sector is destroyed. `component_mass`: M
+    of one component (solid), for a mesh without symmetry: what is left of the load's resultants
+    there is taken up by the inertia of a rigid motion. None: nothing is left. Returns u0, hoop:
+    displacement (Function) [m/(rad/s)²] and the largest hoop strain u_r/r [1/(rad/s)²].
     """
     v = ufl.TestFunction(space)
     load = compat.assembled_vector(compat.compiled(forms.centrifugal_form(kin, matter, v, dx)))
-    turned, kept = unknowns_transformation(space, kin, {}, [])
-    motions = np.column_stack(list(motion_vectors(space, kin, 0.0).values()))[kept]
+    unknowns = body_unknowns(space, kin, {}, [])
+    values = motion_vectors(space, kin, 0.0)
+    motions = np.column_stack([unknowns.of_motion(kin, c, v) for c, v in values.items()])
     force = load[:, None]
     if component_mass is not None:
         force = _balanced(force, motions, component_mass, space.mesh.comm)
+    force = unknowns.loads(force)
     pins = _determinate_pins(motions, space.mesh.comm)
-    small = stiffness
-    if turned is not None:
-        small, force = folded(stiffness, turned), apply_transposed(turned, force)
+    # of the whole solid the stiffness is the caller's own
+    small = stiffness if unknowns.real is None else unknowns.folded(stiffness)
     factor = prepared_solver(
         small,
         small,
         pins,
-        lambda: block_places(space, kin, kept, {}),
+        lambda: block_places(space, kin, unknowns, {}),
         choice=solver,
         free=pins[:, :0],
         momentum=pins[:, :0],
@@ -67,13 +68,14 @@ def centrifugal_displacement(
     rest = force - apply(small, moved)
     moved = moved + factor.solve(rest, None)[: len(motions)]
     factor.destroy()
-    if turned is not None:
-        small.destroy()
     moved = moved - _rigid_part(motions, moved, space.mesh.comm)
     field = fem.Function(space)
-    whole = moved if turned is None else apply(turned, moved)
-    compat.owned_values(field)[:] = whole[:, 0]
+    whole = unknowns.displacement(moved)
+    compat.owned_values(field)[:] = whole.real[:, 0]
     field.x.scatter_forward()
+    if unknowns.real is not None:
+        small.destroy()
+        unknowns.destroy()
     return field, _hoop_strain(space, kin, field, 1e-6 if component_mass is None else _UNEVEN)
 
 
@@ -114,7 +116,7 @@ def _hoop_strain(space: Any, kin: Kinematics, field: Any, near: float) -> float:
     """Largest u_r / r over the nodes off the axis, by more than a part of the largest radius."""
     x = space.tabulate_dof_coordinates()
     values, comm = field.x.array.reshape(-1, 3)[: len(x)], space.mesh.comm
-    if kin.harmonic is None:
+    if kin.dimension == 3:
         radius = np.hypot(x[:, 0], x[:, 1])
         radial = values[:, 0] * x[:, 0] + values[:, 1] * x[:, 1]
         off = radius > near * _largest(radius, comm)

@@ -10,13 +10,13 @@ import numpy as np
 
 from solidwhirl.reduction.errors import FactorMemoryError, ReductionError
 from solidwhirl.reduction.operators import kinematics
-from solidwhirl.reduction.operators.dofs import motion_vectors
+from solidwhirl.reduction.operators.dofs import Unknowns, motion_vectors
 from solidwhirl.reduction.operators.kinematics import COMPONENTS, Kinematics
 from solidwhirl.reduction.solvers.constrained import ConstrainedFactor, factorise
 from solidwhirl.reduction.solvers.hierarchy import BlockPlaces
 from solidwhirl.reduction.solvers.memory import available_memory_bytes
 from solidwhirl.reduction.solvers.multigrid import ConstrainedIteration, constrained_iteration
-from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
+from solidwhirl.rotordyn.core.arrays import FloatArray
 
 #: What `ConstrainedFactor` and `ConstrainedIteration` have in common: `solve` and `destroy`.
 Solver = ConstrainedFactor | ConstrainedIteration
@@ -96,13 +96,15 @@ def prepared_solver(
 
 
 def block_places(
-    space: Any, kin: Kinematics, kept: IntArray, masters: dict[str, FloatArray]
+    space: Any, kin: Kinematics, unknowns: Unknowns, masters: dict[str, FloatArray]
 ) -> BlockPlaces:
-    """Places of a solid's unknowns û in blocks of three.
+    """Places of a whole solid's unknowns û in blocks of three.
 
     `masters`: values of the rigid motions in the unknowns of rigid masters, which come after them
     on the last rank, by component.
     """
+    kept = unknowns.kept
+    assert kept is not None
     _, node = np.unique(kept // 3, return_inverse=True)
     nodes = int(node.max(initial=-1)) + 1
     motions = [COMPONENTS.index(c) for c in COMPONENTS if c in kin.rigid_motions]

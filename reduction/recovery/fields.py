@@ -13,7 +13,7 @@ from solidwhirl.meshing import Mesh
 from solidwhirl.meshing.imported.records import AnyBody
 from solidwhirl.reduction.basis.reduced_block import ReducedBlock, joined_rows
 from solidwhirl.reduction.body.reduced_order import reduce_order
-from solidwhirl.reduction.body.request import ReductionRequest, order_operators
+from solidwhirl.reduction.body.request import ReductionRequest, order_operators, solved_orders
 from solidwhirl.reduction.errors import ReductionError
 from solidwhirl.reduction.operators import compat
 from solidwhirl.reduction.operators.matrices import Ingredients
@@ -82,7 +82,7 @@ def body_fields(
     points = element.recovery_points_m
     found: list[dict[str, Any]] = []
     blocks: list[ReducedBlock] = []
-    for order in request.solved_orders:
+    for order in solved_orders(body, request):
         operators = order_operators(body, mesh, MPI.COMM_SELF, request, order)
         basis, block = reduce_order(operators, request, points)
         blocks.append(block)
@@ -91,7 +91,7 @@ def body_fields(
                 "harmonic": order,
                 "space": operators.space,
                 "ingredients": operators.ingredients,
-                "values": operators.coupling.displacement(basis.vectors),
+                "values": operators.coupling.unknowns.displacement(basis.vectors),
                 "signs": block.signs,
                 "order": block.order,
             }

@@ -1,4 +1,4 @@
-"""Recovered fields in space: meridians turned about the axis, halves completed."""
+"""Recovered fields in space: meridians and sectors turned about the axis."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solidwhirl.meshing.own.quality import doubled_areas
+from solidwhirl.reduction.recovery.sectors import turned
 from solidwhirl.reduction.recovery.stresses import FieldPoints, FieldTerm, RecoveredFields
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, IntArray
 from solidwhirl.rotordyn.superelement.surface import angles, around_axis, family_factors
@@ -21,16 +22,15 @@ _PARTS = ((0, 5, 4), (5, 1, 3), (4, 3, 2), (5, 3, 4))
 _VTK_TETRAHEDRON = [0, 1, 2, 3, 9, 6, 8, 7, 5, 4]
 # A point lies on the axis below this part of the largest radius.
 _ON_AXIS = 1e-9
-# Signs of a half turn about z, of a vector and of a tensor xx, yy, zz, xy, yz, xz.
-_TURNED, _TURNED_TENSOR = np.array([-1.0, -1.0, 1.0]), np.array([1.0, 1.0, 1.0, 1.0, -1.0, -1.0])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SpatialFields:
     """One body in one state, in space."""
 
-    points_m: FloatArray  #: (P, 3); a point of a meridian stands once for every half plane
-    #: (P,) point of `FieldPoints` and angle of each
+    #: (P, 3); a point of a meridian stands once for every half plane, of a sector for every copy
+    points_m: FloatArray
+    #: (P,) point of `FieldPoints` and the angle that each is turned by
     point: IntArray
     theta_rad: FloatArray
     material: IntArray  #: (P,) number of the material
@@ -51,12 +51,12 @@ def in_space(found: RecoveredFields, sectors: int) -> SpatialFields:
     """
     points = found.points
     flat = points.points_m.shape[1] == 2
-    theta = angles(sectors) if flat else np.pi * np.arange(points.copies)
+    theta = angles(sectors if flat else points.copies)
     moved, stress = values_at(found.terms, points, theta)
     steady = None if found.steady is None else values_at((found.steady,), points, theta)
     count = len(points.points_m)
     return SpatialFields(
-        points_m=_places(points, theta).reshape(-1, 3),
+        points_m=places(points.points_m, theta).reshape(-1, 3),
         point=np.tile(np.arange(count), len(theta)),
         theta_rad=np.repeat(theta, count),
         material=np.tile(points.point_material, len(theta)),
@@ -73,22 +73,22 @@ def values_at(
 ) -> tuple[NDArray[Any], NDArray[Any]]:
     """Return displacement (s, p, 3) and stress (s, p, 6) along x, y, z at angles of a meridian.
 
-    `terms`, `points`: of one body; no terms are fields of zeros. `theta`: (s,) angles; of a solid 0
-    and, where half of it was worked on, 180°. `kept`: points that are wanted; None: all.
+    `terms`, `points`: of one body; no terms are fields of zeros. `theta`: (s,) angles; of a solid
+    those that copies of the sector are turned by, of a whole one 0. `kept`: points that are wanted;
+    None: all.
     """
     own = np.arange(len(points.points_m)) if kept is None else kept
     moved: Any = np.zeros((len(theta), len(own), 3))
     stress: Any = np.zeros((len(theta), len(own), 6))
     for term in terms:
         u, s = term.displacement_m[own], term.stress_pa[own]
-        if term.order is not None:
+        if points.points_m.shape[1] == 2:
             moved = moved + around_axis(u, term.order, term.family, theta)
             stress = stress + _tensors_around(s, term.order, term.family, theta)
             continue
-        factors = [1.0, float(term.character)][: len(theta)]
-        signs = [np.ones(3), _TURNED], [np.ones(6), _TURNED_TENSOR]
-        moved = moved + np.stack([f * t * u for f, t in zip(factors, signs[0], strict=False)])
-        stress = stress + np.stack([f * t * s for f, t in zip(factors, signs[1], strict=False)])
+        factor = (np.cos, np.sin)[term.family](term.order * theta)[:, None, None]
+        moved = moved + factor * turned(u, theta)
+        stress = stress + factor * turned(s, theta)
     return moved, stress
 
 
@@ -96,31 +96,18 @@ def _tensors_around(
     stress: NDArray[Any], order: int, family: int, theta: FloatArray
 ) -> NDArray[Any]:
     """Cartesian stress (s, p, 6) from rr, θθ, zz, rθ, θz, rz of one term."""
-    along, across = (f[:, None] for f in family_factors(order, family, theta))
-    rr, tt, zz, rt, tz, rz = (stress[None, :, k] for k in range(6))
-    rr, tt, zz, rz = rr * along, tt * along, zz * along, rz * along
-    rt, tz = rt * across, tz * across
-    c, s = np.cos(theta)[:, None], np.sin(theta)[:, None]
-    return np.stack(
-        [
-            rr * c**2 + tt * s**2 - 2.0 * rt * s * c,
-            rr * s**2 + tt * c**2 + 2.0 * rt * s * c,
-            zz,
-            (rr - tt) * s * c + rt * (c**2 - s**2),
-            tz * c + rz * s,
-            rz * c - tz * s,
-        ],
-        axis=2,
-    )
+    along, across = (f[:, None, None] for f in family_factors(order, family, theta))
+    shear = np.array([0.0, 0.0, 0.0, 1.0, 1.0, 0.0])
+    same = along * turned(stress * (1.0 - shear), theta)
+    return np.asarray(same + across * turned(stress * shear, theta))
 
 
-def _places(points: FieldPoints, theta: FloatArray) -> FloatArray:
-    """Points (s, p, 3) in space."""
-    x = points.points_m
-    if x.shape[1] == 3:
-        return np.stack([x, x * _TURNED][: len(theta)])
-    around = np.outer(np.cos(theta), x[:, 1]), np.outer(np.sin(theta), x[:, 1])
-    return np.stack([*around, np.broadcast_to(x[:, 0], around[0].shape)], axis=2)
+def places(points_m: FloatArray, theta: FloatArray) -> FloatArray:
+    """Return points of a meridian (p, 2) or of a sector (p, 3) at some angles, (s, p, 3)."""
+    if points_m.shape[1] == 2:
+        z, r = points_m.T
+        points_m = np.column_stack([r, np.zeros(len(r)), z])
+    return turned(points_m, theta)
 
 
 def _tetrahedra(points: FieldPoints) -> tuple[tuple[int, IntArray], ...]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import basix
@@ -11,38 +12,54 @@ import ufl
 from dolfinx import fem
 from numpy.typing import NDArray
 
+from solidwhirl.meshing import Sector
 from solidwhirl.reduction.operators import compat, forms, kinematics
 from solidwhirl.reduction.recovery.fields import BodyFields, OrderFields
+from solidwhirl.reduction.recovery.sectors import (
+    COLUMN,
+    ROW,
+    Pair,
+    SharedPoints,
+    mirrored,
+    pair_of,
+    shared_points,
+)
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
 
-# Components of a symmetric tensor: three on the diagonal, then 12, 23, 13, as VTK has them.
-_ROW, _COLUMN = np.array([0, 1, 2, 0, 1, 0]), np.array([0, 1, 2, 1, 2, 2])
 # Pairs of corners of dolfinx's edges, by the number of corners of a cell.
 _EDGES = {3: ((1, 2), (0, 2), (0, 1)), 4: ((2, 3), (1, 3), (1, 2), (0, 3), (0, 2), (0, 1))}
+# Nodes of a mirrored tetrahedron, so that it is not turned inside out.
+_MIRRORED_CELL = [0, 2, 1, 3, 5, 4, 6, 7, 9, 8]
+# Displacement (p, 3), stress (p, 6) and energy of one field.
+Sample = tuple[NDArray[Any], NDArray[Any], float]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FieldPoints:
-    """Nodes of the mesh, once for each material that meets there."""
+    """Nodes of the mesh, once for each material that meets there.
+
+    Of half a sector the nodes of its mirror image follow, so that they are of a sector.
+    """
 
     points_m: FloatArray  #: (p, 2) z, r or (p, 3) x, y, z
     cells: IntArray  #: (c, 6) or (c, 10) points of the second-order cells, dolfinx's order
     #: (c,) and (p,) numbers of materials
     cell_material: IntArray
     point_material: IntArray
-    copies: int  #: Half turns of the mesh that make the solid: 1 or 2
+    #: Sectors that make the solid, copy k turned by 2πk/copies about z; 1 of a whole solid and of a
+    #: meridian
+    copies: int
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FieldTerm:
     """Displacement and stress of one order and family."""
 
-    #: Circumferential order and family, as in `rotordyn.superelement.Surface`; order None for a
-    #: solid
-    order: int | None
+    #: Circumferential order and family of a meridian, as in `rotordyn.superelement.Surface`. Of a
+    #: sector cyclic index h, and the factor of the field at copy k, which is turned by kα: cos hkα
+    #: (family 0) or sin hkα (1). Of a whole solid 0 and 0.
+    order: int
     family: int
-    #: Of the solid in a half turn: the displacement at the other half is this times the turned one
-    character: int
     #: (p, 3) amplitudes along r, θ, z, or along x, y, z; real or complex
     displacement_m: NDArray[Any]
     #: (p, 6) rr, θθ, zz, rθ, θz, rz, or xx, yy, zz, xy, yz, xz. The components rθ and θz go with
@@ -76,7 +93,11 @@ class StressRecovery:
         first = fields.orders[0]
         self.points = _field_points(first, fields)
         self._samplers = [_Sampler(order, self.points) for order in fields.orders]
-        self._steady: tuple[FloatArray, FloatArray, float] | None = None
+        self._sector = _sector_of(first)
+        self._shared: SharedPoints | None = None
+        if self._sector is not None:
+            self._shared, self.points = _of_sector(self.points, self._samplers[0], self._sector)
+        self._steady: FieldTerm | None = None
 
     @property
     def is_averaged(self) -> bool:
@@ -102,19 +123,40 @@ class StressRecovery:
         terms: list[FieldTerm] = []
         energy = 0.0
         for order, sampler in zip(self._fields.orders, self._samplers, strict=True):
-            for family, amplitudes in enumerate(order.family_amplitudes(q)):
-                field = order.values @ amplitudes
-                if not np.abs(field).any():
-                    continue
-                moved, stress, stored = sampler.complex_sample(field)
-                energy += stored
-                terms.append(_term(order, family, moved, stress))
+            sampled = [
+                [sampler.complex_sample(part @ own) for part in _parts(order.values, self._sector)]
+                for own in order.family_amplitudes(q)
+            ]
+            energy += sum(stored for parts in sampled for _, _, stored in parts)
+            terms += self._terms(order.harmonic or 0, sampled)
         return RecoveredFields(
             points=self.points,
             terms=tuple(terms),
             steady=self._centrifugal(speed_rad_s),
             strain_energy_j=energy,
         )
+
+    def _terms(self, order: int, sampled: Sequence[Sequence[Sample]]) -> list[FieldTerm]:
+        """Fields of one order from the samples of its families; those of zeros are left out."""
+        if self._sector is None:
+            pairs: Any = [(u, s) for ((u, s, _),) in sampled]
+        else:
+            moved, stress = (
+                self._pair([(first[k], second[k]) for first, second in sampled], order)  # type: ignore[misc]
+                for k in (0, 1)
+            )
+            pairs = [*zip(moved, stress, strict=True)]
+        return [
+            FieldTerm(order=order, family=family, displacement_m=u, stress_pa=s)
+            for family, (u, s) in enumerate(pairs)
+            if np.abs(u).any()
+        ]
+
+    def _pair(self, parts: Sequence[Pair], index: int) -> Pair:
+        """Field of a sector from those of its families on the mesh; stress is made one."""
+        assert self._sector is not None and self._shared is not None
+        pair = pair_of(parts, self._sector, index)
+        return pair if pair[0].shape[1] == 3 else self._shared.mean(pair, index)
 
     def _centrifugal(self, speed_rad_s: float) -> FieldTerm | None:
         """Displacement and stress of the free spinning body."""
@@ -124,28 +166,47 @@ class StressRecovery:
             return None
         if self._steady is None:
             kin = given.ingredients.kinematics
-            around = kinematics.harmonic(given.space.mesh, 0) if given.harmonic else kin
-            sampler = _Sampler(given, self.points, around)
-            self._steady = sampler.sample(compat.owned_values(field).copy())
-        moved, stress, _ = self._steady
+            sampler = self._samplers[0]
+            if kin.dimension == 2 and given.harmonic:
+                around = kinematics.harmonic(given.space.mesh, 0)
+                sampler = _Sampler(given, self.points, around)
+            values = compat.owned_values(field).copy()
+            parts = [sampler.sample(part) for part in _parts(values, self._sector)]
+            (self._steady,) = self._terms(0, [parts])
         square = speed_rad_s**2
-        return FieldTerm(
-            order=None if given.harmonic is None else 0,
-            family=0,
-            character=1,
-            displacement_m=square * moved,
-            stress_pa=square * stress,
+        return replace(
+            self._steady,
+            displacement_m=square * self._steady.displacement_m,
+            stress_pa=square * self._steady.stress_pa,
         )
 
 
-def _term(order: OrderFields, family: int, moved: Any, stress: Any) -> FieldTerm:
-    return FieldTerm(
-        order=order.harmonic,
-        family=family,
-        character=order.ingredients.kinematics.symmetry.character,
-        displacement_m=moved,
-        stress_pa=stress,
-    )
+def _sector_of(order: OrderFields) -> Sector | None:
+    cyclic = order.ingredients.kinematics.cyclic
+    return None if cyclic is None else cyclic.sector
+
+
+def _parts(values: NDArray[Any], sector: Sector | None) -> tuple[NDArray[Any], ...]:
+    """Fields Φ1 and Φ2 of a sector."""
+    return (values,) if sector is None else (values.real, values.imag)
+
+
+def _of_sector(
+    points: FieldPoints, sampler: _Sampler, sector: Sector
+) -> tuple[SharedPoints, FieldPoints]:
+    """Points of the whole sector from those of its mesh, and what its copies share."""
+    weight, count = sampler.sizes, len(points.points_m)
+    whole = replace(points, copies=sector.count)
+    if sector.mirrored:
+        weight = np.tile(weight, 2)
+        whole = FieldPoints(
+            points_m=mirrored(points.points_m),
+            cells=np.concatenate([points.cells, points.cells[:, _MIRRORED_CELL] + count]),
+            cell_material=np.tile(points.cell_material, 2),
+            point_material=np.tile(points.point_material, 2),
+            copies=sector.count,
+        )
+    return shared_points(whole.points_m, whole.point_material, weight, sector.count), whole
 
 
 class _Sampler:
@@ -172,18 +233,21 @@ class _Sampler:
         self._shapes = element.tabulate(0, nodes)[0].reshape(len(nodes), -1)
         self._unknowns = compat.cell_unknowns(space).reshape(len(points.cells), -1)
         size = np.repeat(_cell_sizes(points)[:, None], len(nodes), axis=1)
-        self._weights = (size / self._sum(size)[points.cells]).ravel()
+        self.sizes = self._sum(size)
+        self._weights = (size / self.sizes[points.cells]).ravel()
 
     def sample(self, values: FloatArray) -> tuple[FloatArray, FloatArray, float]:
         """Displacement (p, 3), stress (p, 6) and energy of a real field."""
+        count, nodes = len(self._points.cells), len(self._points.points_m)
+        if not values.any():
+            return np.zeros((nodes, 3)), np.zeros((nodes, 6)), 0.0
         compat.owned_values(self._field)[:] = values
         self._field.x.scatter_forward()
-        count = len(self._points.cells)
         own = values.reshape(-1, 3)[self._unknowns]
-        moved = np.empty((len(self._points.points_m), 3))
+        moved = np.empty((nodes, 3))
         moved[self._points.cells] = np.einsum("nd,cdi->cni", self._shapes, own)
         raw = compat.evaluated(self._stress, self._domain).reshape(count, -1, 3, 3)
-        inside = raw[:, :, _ROW, _COLUMN]
+        inside = raw[:, :, ROW, COLUMN]
         at_nodes = np.einsum("nq,cqi->cni", self._outward, inside).reshape(-1, 6)
         mean = [self._sum(self._weights * at_nodes[:, i]) for i in range(6)]
         return moved, np.stack(mean, axis=1), compat.assembled_number(self._energy)
@@ -212,7 +276,7 @@ def _field_points(given: OrderFields, fields: BodyFields) -> FieldPoints:
         cells=np.asarray(cells).reshape(table.shape),
         cell_material=material,
         point_material=own % len(fields.materials),
-        copies=given.ingredients.kinematics.copies,
+        copies=1,
     )
 
 

@@ -1,4 +1,4 @@
-"""Where on a meridian mesh the estimated error of chosen motions arises."""
+"""Where on the mesh of a meridian or a sector the estimated error of chosen motions arises."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from dolfinx import fem
 
 from solidwhirl.reduction.operators import compat, forms
 from solidwhirl.reduction.residuals.residual_energy import FinerSpace
-from solidwhirl.reduction.solvers.vectors import apply
+from solidwhirl.reduction.solvers.vectors import apply, symmetric
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
 
 # Share of the energy that the error fields which are looked at element by element must hold.
@@ -43,8 +43,8 @@ def element_errors(
 ) -> tuple[FloatArray, FloatArray, IntArray]:
     """Share of every element in the weighted sum of the samples' errors.
 
-    Returns errors: (c,) per cell; points, triangles: (m, 2) vertices (z, r) and (c, 3) vertices of
-    the cells.
+    Returns errors: (c,) per cell; points, cells: (m, 2) vertices (z, r), or (m, 3) of a sector, and
+    vertices of the cells.
     """
     fine = indicators.finer
     terms = np.concatenate([_terms(indicators, sample) for sample in samples], axis=2)
@@ -65,13 +65,16 @@ def _terms(indicators: ElementIndicators, sample: MotionSample) -> FloatArray:
     out[0], out[1], out[3] = own, s**2 * own, speed**2 * own
     out[2] = s * speed * (np.array([2.0 * own[1], -2.0 * own[0]]) if families == 2 else own)
     columns = np.sqrt(sample.weight) * out.transpose(0, 2, 1)
-    return np.concatenate([columns.real, columns.imag], axis=2)
+    real = np.concatenate([columns.real, columns.imag], axis=2)
+    if not np.iscomplexobj(indicators.finer.misses):
+        return np.asarray(real)
+    # c = q1 - i q2 of the real and of the imaginary part
+    return np.asarray(real[:, :, 0::2] - 1j * real[:, :, 1::2])
 
 
 def _principal(fields: FloatArray, fine: FinerSpace) -> FloatArray:
     """Few fields with nearly the same sum of energies in every element."""
-    energy = fields.T @ apply(fine.stiffness, fields)
-    values, turn = np.linalg.eigh(0.5 * (energy + energy.T))
+    values, turn = np.linalg.eigh(symmetric(fields.conj().T @ apply(fine.stiffness, fields)))
     falling = np.argsort(values)[::-1]
     held = np.cumsum(values[falling]) / max(values.sum(), 1e-300)
     count = int(np.searchsorted(held, _SHARE)) + 1
@@ -88,10 +91,12 @@ def _by_element(fine: FinerSpace, fields: FloatArray) -> tuple[FloatArray, Float
     density = ufl.inner(forms.stress(kin, matter, field), kin.strain(field)) * kin.weight
     form = compat.compiled(density * test * dx)
     out = np.zeros(len(compat.owned_values(fem.Function(cells))))
-    full = fine.coupling.displacement(fields)
+    full = fine.coupling.unknowns.displacement(fields)
+    if np.iscomplexobj(full):
+        full = np.hstack([full.real, full.imag])
     for k in range(full.shape[1]):
         compat.owned_values(field)[:] = full[:, k]
         field.x.scatter_forward()
         out += compat.assembled_vector(form)
-    points, triangles = compat.straight_cells(domain)
-    return out, points, triangles
+    points, vertices = compat.straight_cells(domain)
+    return out, points, vertices

@@ -23,17 +23,24 @@ import ufl
 from dolfinx import fem
 from scipy.special import gammaln
 
-from solidwhirl.meshing.own.drawing import chain_ends
 from solidwhirl.reduction.basis.craig_bampton import Basis
 from solidwhirl.reduction.basis.fixed_interface_modes import shifted_matrix
 from solidwhirl.reduction.basis.free_motion import straining_part
-from solidwhirl.reduction.basis.reduced_block import ReducedBlock
+from solidwhirl.reduction.basis.reduced_block import ReducedBlock, planes
 from solidwhirl.reduction.operators import compat, forms, kinematics
 from solidwhirl.reduction.operators.coupling import Coupling, couple
-from solidwhirl.reduction.operators.matrices import BodyOperators, assembled
+from solidwhirl.reduction.operators.kinematics import Kinematics
+from solidwhirl.reduction.operators.matrices import (
+    BodyOperators,
+    assembled,
+    meridian_matrices,
+    sector_matrices,
+)
+from solidwhirl.reduction.operators.solid_matrices import component_mass
+from solidwhirl.reduction.residuals.singular_cells import singular_cells
 from solidwhirl.reduction.solvers.constrained import ConstrainedFactor, factorise
 from solidwhirl.reduction.solvers.vectors import apply, inner, project, symmetric
-from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, IntArray
+from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray, Matrix
 from solidwhirl.rotordyn.superelement.record import ErrorForm
 
 # Displacement r^α at the end of a rigid surface on a straight outline; at a re-entrant corner of
@@ -43,10 +50,6 @@ _SINGULAR_EXPONENT = 0.5
 _SMOOTH_SAFETY = 1.3
 # On what the element factors give.
 _RESERVE = 1.25
-# Interior angle beyond which a vertex of the outline is a corner and no point of an arc [rad].
-_REENTRANT = np.radians(215.0)
-# Two facets whose directions add up to less than this are one straight line.
-_STRAIGHT = 1e-3
 # Relative error of an iterative solution that only tells how large what is left out is.
 _ROUGH = 1e-4
 # Terms of the series behind the element factor.
@@ -58,8 +61,8 @@ class Omitted:
     """Energy of what is left out, one family of one circumferential order."""
 
     part: str
-    #: (4 n, 4 n) symmetric, blocks in the order K, M, G (N for two families), Kσ - S
-    gram: FloatArray
+    #: (4 n, 4 n) Hermitian, blocks in the order K, M, G (N for two families), Kσ - S
+    gram: Matrix
     safety: float  #: Factor on the energy that covers what the comparison can not see
     cutoff_rad_s: float  #: Lowest angular frequency of what is left out; inf: far away
 
@@ -71,7 +74,7 @@ class FinerSpace:
     space: Any
     stiffness: Any  #: Its K (û of that space)
     #: (4 blocks, local û, n) the omitted displacement per unit of each term of the residual
-    misses: FloatArray
+    misses: Matrix
     coupling: Coupling
     ingredients: Any
 
@@ -91,7 +94,7 @@ def truncation_energy(operators: BodyOperators, basis: Basis) -> tuple[Omitted, 
     gram = symmetric(project(operators.stiffness, interior, comm))
     if basis.free.shape[1]:
         held = inner(interior, apply(operators.mass, basis.free), comm)
-        gram += np.trace(gram) / np.trace(held @ held.T) * (held @ held.T)
+        gram += np.trace(gram).real / np.trace(held @ held.conj().T).real * (held @ held.conj().T)
     answers, outside = np.zeros_like(loads), np.zeros_like(loads)
     answers[0, :, b:] = interior
     for k in range(1, 4):
@@ -108,9 +111,7 @@ def truncation_energy(operators: BodyOperators, basis: Basis) -> tuple[Omitted, 
     return omitted, answers
 
 
-def _answer(
-    operators: BodyOperators, basis: Basis, load: FloatArray, inside: FloatArray
-) -> FloatArray:
+def _answer(operators: BodyOperators, basis: Basis, load: Matrix, inside: Matrix) -> FloatArray:
     """Displacement under loads, of which the part in the basis is known."""
     if isinstance(basis.factor, ConstrainedFactor):
         return basis.factor.solve(load, None)[: len(load)]
@@ -118,9 +119,9 @@ def _answer(
     return inside + basis.factor.solve(rest, None, tolerance=_ROUGH)
 
 
-def residual_terms(operators: BodyOperators, block: FloatArray) -> FloatArray:
+def residual_terms(operators: BodyOperators, block: Matrix) -> FloatArray:
     """K V, M V, G V (N V) and (Kσ - S) V, zero where a matrix is absent; (4, local û, n)."""
-    out = np.zeros((4, *block.shape))
+    out = np.zeros((4, *block.shape), dtype=block.dtype)
     out[0] = apply(operators.stiffness, block)
     out[1] = apply(operators.mass, block)
     if operators.gyroscopic is not None:
@@ -131,26 +132,73 @@ def residual_terms(operators: BodyOperators, block: FloatArray) -> FloatArray:
 
 
 def mesh_energy(
-    operators: BodyOperators, basis: Basis, answers: FloatArray, interfaces: Any
+    operators: BodyOperators, basis: Basis, answers: Matrix, interfaces: Any
 ) -> tuple[Omitted, FinerSpace]:
-    """Energy that elements one order higher would take up, on the same meridian mesh.
+    """Energy that elements one order higher would take up, on the same mesh.
 
-    `operators`, `basis`: of one body and order, harmonic level. Returns energy: part "mesh"; finer:
-    for indicators of single elements.
+    `operators`, `basis`: of one body and order, of a meridian or a sector. Returns energy: part
+    "mesh"; finer: for indicators of single elements.
 
     The next order does not show the whole error. The energy of every element is multiplied by what
     it leaves out: `singular_factor` where the element touches a re-entrant corner or the end of a
     rigid interface, a constant elsewhere.
     """
     degree = compat.polynomial_degree(operators.space) + 1
-    finer = _finer_operators(operators, degree, interfaces)
+    finer = _finer_operators(operators, operators.ingredients.kinematics, degree, interfaces)
+    misses = _missed(operators, basis, answers, finer)
+    weighted = _weighted_stiffness(operators, finer, interfaces)
+    energy = _gram(weighted, misses, operators.comm)
+    weighted.destroy()
+    omitted = Omitted(part="mesh", gram=energy, safety=_RESERVE, cutoff_rad_s=np.inf)
+    kept = FinerSpace(
+        space=finer.space,
+        stiffness=finer.stiffness,
+        misses=_single(misses),  # they only tell where the error is
+        coupling=finer.coupling,
+        ingredients=finer.ingredients,
+    )
+    # PETSc keeps what Python merely drops
+    for held in (finer.stiffness, finer.coupling.unknowns):
+        weakref.finalize(kept, held.destroy)
+    return omitted, kept
+
+
+def joint_energy(
+    operators: BodyOperators, basis: Basis, answers: Matrix, interfaces: Any
+) -> Omitted:
+    """Energy that the next orders would take up where stages meet their drum: part "stage_joints".
+
+    `operators`, `basis`: of one cyclic index of a body with joints. Of index 0, whose next orders
+    load nothing that bends, it is zero.
+    """
+    kin = operators.ingredients.kinematics
+    assert kin.joined is not None
+    if kin.harmonic == 0:
+        size = _TERMS * basis.vectors.shape[1]
+        energy: Matrix = np.zeros((size, size), dtype=basis.vectors.dtype)
+    else:
+        degree = compat.polynomial_degree(operators.space)
+        every = replace(kin, joined=kin.joined.every_order())
+        finer = _finer_operators(operators, every, degree, interfaces)
+        energy = _gram(finer.stiffness, _missed(operators, basis, answers, finer), operators.comm)
+        finer.stiffness.destroy()
+        finer.coupling.unknowns.destroy()
+    return Omitted(part="stage_joints", gram=energy, safety=1.0, cutoff_rad_s=np.inf)
+
+
+def _missed(
+    operators: BodyOperators, basis: Basis, answers: Matrix, finer: BodyOperators
+) -> Matrix:
+    """Displacement that a wider space has beyond the answers to the terms of the residual.
+
+    Result: (4, local û of the wider space, n). Of its matrices only the stiffness is left.
+    """
     v, b = basis.vectors, basis.interface_count
     loads = residual_terms(finer, _raised(operators, finer, v))
     free = _raised(operators, finer, basis.free)
     loads = balanced(loads, finer, free)
-    rows = finer.coupling.held
     shifted = shifted_matrix(finer, finer.stiffness, basis.shift)
-    factor = factorise(shifted, rows)
+    factor = factorise(shifted, finer.coupling.held)
     if shifted is not finer.stiffness:
         shifted.destroy()
     for k in range(1, 4):  # in place of the loads, which are not needed any more
@@ -160,30 +208,19 @@ def mesh_energy(
     loads[0, :, :b] = factor.solve(loads[0][:, :b], None)[: loads.shape[1]]
     loads[0, :, b:] = 0.0
     factor.destroy()
-    loads = _unmoved(loads, finer, free)
-    misses = loads
-    weighted = _weighted_stiffness(operators, finer, interfaces)
-    energy = _gram(weighted, misses, operators.comm)
-    weighted.destroy()
+    misses = _unmoved(loads, finer, free)
     for unused in (finer.mass, finer.gyroscopic, finer.stress_stiffening, finer.spin_softening):
         if unused is not None:
             unused.destroy()
-    omitted = Omitted(part="mesh", gram=energy, safety=_RESERVE, cutoff_rad_s=np.inf)
-    kept = FinerSpace(
-        space=finer.space,
-        stiffness=finer.stiffness,
-        misses=misses.astype(np.float32),  # they only tell where the error is
-        coupling=finer.coupling,
-        ingredients=finer.ingredients,
-    )
-    # PETSc keeps what Python merely drops
-    for matrix in (finer.stiffness, finer.coupling.transformation):
-        if matrix is not None:
-            weakref.finalize(kept, matrix.destroy)
-    return omitted, kept
+    return misses
 
 
-def balanced(loads: FloatArray, operators: BodyOperators, free: FloatArray) -> FloatArray:
+def _single(values: Matrix) -> Matrix:
+    """In single precision."""
+    return values.astype(np.complex64 if np.iscomplexobj(values) else np.float32)
+
+
+def balanced(loads: Matrix, operators: BodyOperators, free: Matrix) -> FloatArray:
     """Loads without what only accelerates the body as a whole, (..., local û, n) like them.
 
     The residual of a motion in the basis does no work on rigid motions that the basis holds, but
@@ -193,7 +230,7 @@ def balanced(loads: FloatArray, operators: BodyOperators, free: FloatArray) -> F
     return _without(loads, inertia, free, operators)
 
 
-def _unmoved(fields: FloatArray, operators: BodyOperators, free: FloatArray) -> FloatArray:
+def _unmoved(fields: Matrix, operators: BodyOperators, free: Matrix) -> FloatArray:
     """Answers to balanced loads without the motion as a whole that rounding gives them.
 
     The stiffness without supports answers rounding of the loads with one over its tiny shift.
@@ -202,9 +239,7 @@ def _unmoved(fields: FloatArray, operators: BodyOperators, free: FloatArray) -> 
     return _without(fields, free, inertia, operators)
 
 
-def _without(
-    blocks: FloatArray, taken: FloatArray, seen: FloatArray, operators: BodyOperators
-) -> FloatArray:
+def _without(blocks: Matrix, taken: Matrix, seen: Matrix, operators: BodyOperators) -> FloatArray:
     """Blocks of columns less what of `taken` makes them orthogonal to `seen`."""
     if not taken.shape[1]:
         return blocks
@@ -236,7 +271,8 @@ def _weighted_stiffness(operators: BodyOperators, finer: BodyOperators, interfac
     given, domain = finer.ingredients, finer.space.mesh
     degree = compat.polynomial_degree(operators.space)
     factor = fem.Function(compat.scalar_space(domain, "DG", 0))
-    singular = _singular_cells(domain, given.facet_tags, interfaces)
+    cyclic = given.kinematics.cyclic
+    singular = singular_cells(domain, given.facet_tags, interfaces, cyclic)
     values = np.where(singular, singular_factor(degree), _SMOOTH_SAFETY)
     compat.owned_values(factor)[:] = values
     kin = replace(given.kinematics, weight=factor * given.kinematics.weight)
@@ -245,38 +281,10 @@ def _weighted_stiffness(operators: BodyOperators, finer: BodyOperators, interfac
     return assembled(forms.stiffness_form(kin, given.matter, u, v, dx), finer.coupling)
 
 
-def _singular_cells(domain: Any, facet_tags: Any, interfaces: Any) -> BoolArray:
-    """Cells of a meridian mesh that touch a re-entrant corner or the end of a rigid interface."""
-    points, cells = compat.straight_cells(domain)
-    sides = points[np.roll(cells, -1, axis=1)] - points[cells]
-    sides /= np.linalg.norm(sides, axis=2, keepdims=True)
-    angles = np.arccos(np.clip(-(sides * np.roll(sides, 1, axis=1)).sum(axis=2), -1.0, 1.0))
-    around = np.zeros(len(points))
-    np.add.at(around, cells, angles)
-    # inside the material the angles add up to a full turn
-    singular = (around > _REENTRANT) & (around < 2.0 * np.pi - 1e-3)
-    for interface in interfaces:
-        if interface.coupling == "rigid":
-            facets = _facet_nodes(domain, cells, facet_tags[interface.name])
-            singular[chain_ends(points, facets, _STRAIGHT)] = True
-    return np.asarray(singular[cells].any(axis=1))
-
-
-def _facet_nodes(domain: Any, cells: IntArray, tags: Any) -> IntArray:
-    """Nodes of the mesh at the two ends of the facets of an interface."""
-    topology = domain.topology
-    topology.create_connectivity(1, 0)
-    corners = topology.connectivity(2, 0).array.reshape(-1, 3)[: len(cells)]
-    node = np.zeros(int(corners.max()) + 1, dtype=np.int64)
-    node[corners] = cells
-    ends = topology.connectivity(1, 0).array.reshape(-1, 2)
-    return np.asarray(node[ends[tags.indices]])
-
-
-def _gram(stiffness: Any, blocks: FloatArray, comm: Any) -> FloatArray:
+def _gram(stiffness: Any, blocks: Matrix, comm: Any) -> FloatArray:
     """Energy products of all columns of all blocks."""
     k, _, n = blocks.shape
-    out = np.zeros((k, n, k, n))
+    out = np.zeros((k, n, k, n), dtype=blocks.dtype)
     there = [bool(comm.allreduce(int(block.any()))) for block in blocks]
     for a in np.flatnonzero(there):
         loaded = apply(stiffness, blocks[a])
@@ -285,43 +293,52 @@ def _gram(stiffness: Any, blocks: FloatArray, comm: Any) -> FloatArray:
     return symmetric(out.reshape(k * n, k * n))
 
 
-def _finer_operators(operators: BodyOperators, degree: int, interfaces: Any) -> BodyOperators:
-    """The same matrices with elements of another order; the prestress is that of the first."""
+def _finer_operators(
+    operators: BodyOperators, kin: Kinematics, degree: int, interfaces: Any
+) -> BodyOperators:
+    """The same matrices in a wider space; the prestress is that of the first."""
     given = operators.ingredients
-    kin, matter = given.kinematics, given.matter
+    matter = given.matter
     space = compat.vector_space(operators.space.mesh, degree, 3)
     coupling = couple(space, kin, dict(given.facet_tags), interfaces, given.effects.components)
-    u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
-    dx = forms.measure(space.mesh, kin, degree)
-    wanted = {
-        "stiffness": forms.stiffness_form(kin, matter, u, v, dx),
-        "mass": forms.mass_form(kin, matter, u, v, dx),
-    }
-    if given.effects.gyroscopic:
-        wanted["gyroscopic"] = forms.gyroscopic_form(kin, matter, u, v, dx)
+    prestress = None
     if given.effects.centrifugal:
-        around = kin if kin.harmonic == 0 else kinematics.harmonic(space.mesh, 0)
+        around = kin if kin.harmonic == 0 or kin.cyclic else kinematics.harmonic(space.mesh, 0)
         prestress = forms.stress(around, matter, given.centrifugal_field)
-        wanted["stress_stiffening"] = forms.stiffening_form(kin, prestress, u, v, dx)
-        wanted["spin_softening"] = forms.softening_form(kin, matter, u, v, dx)
-    matrices = {name: assembled(form, coupling) for name, form in wanted.items()}
+    dx = forms.measure(space.mesh, kin, degree)
+    if kin.cyclic is None:
+        matrices = meridian_matrices(
+            space, kin, matter, dx, given.effects, prestress, coupling.unknowns
+        )
+    else:
+        u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
+        stiffness = assembled(forms.stiffness_form(kin, matter, u, v, dx))
+        parts = (stiffness, component_mass(space, kin, matter, dx))
+        matrices = sector_matrices(
+            space, kin, parts, dx, given.effects, prestress, coupling.unknowns
+        )
     return replace(operators, coupling=coupling, space=space, **matrices)
 
 
-def _raised(operators: BodyOperators, finer: BodyOperators, block: FloatArray) -> FloatArray:
+def _raised(operators: BodyOperators, finer: BodyOperators, block: Matrix) -> Matrix:
     """Columns û of the body's space as û of the finer space."""
-    source, target = fem.Function(operators.space), fem.Function(finer.space)
-    given, wanted = operators.coupling, finer.coupling
+    given, wanted = operators.coupling.unknowns, finer.coupling.unknowns
     full = given.displacement(block)
-    kept = wanted.kept
-    rows = len(kept) + len(block) - len(given.kept)
-    out = np.empty((rows, block.shape[1]))
-    out[len(kept) :] = block[len(given.kept) :]
-    for k in range(block.shape[1]):
+    raised = _interpolated(operators.space, finer.space, full.real)
+    if np.iscomplexobj(full):
+        raised = raised + 1j * _interpolated(operators.space, finer.space, full.imag)
+    return wanted.raised(given, block, raised)
+
+
+def _interpolated(source_space: Any, target_space: Any, full: FloatArray) -> FloatArray:
+    """Nodal values of columns of fields in another space on the same mesh."""
+    source, target = fem.Function(source_space), fem.Function(target_space)
+    out = np.empty((len(compat.owned_values(target)), full.shape[1]))
+    for k in range(full.shape[1]):
         compat.owned_values(source)[:] = full[:, k]
         source.x.scatter_forward()
         target.interpolate(source)
-        out[: len(kept), k] = compat.owned_values(target)[kept]
+        out[:, k] = compat.owned_values(target)
     return out
 
 
@@ -357,20 +374,21 @@ def joined_forms(
 def _of_block(omitted: Omitted, block: ReducedBlock) -> FloatArray:
     """Gram matrix (4, n, 4, n) in the coordinates of a block.
 
-    Two families have the same K, M and Kσ - S, and G = [[0, 2N], [-2N, 0]]. Of motions that strain
-    nothing the terms of K and Kσ - S are zero by construction: rounding there, of the size of K,
-    would be an error without bounds of a slow motion.
+    Two families have the terms K c, M c, 2i N c and (Kσ - S) c, c = q1 - i q2. Of motions that
+    strain nothing the terms of K and Kσ - S are zero by construction: rounding there, of the size
+    of K, would be an error without bounds of a slow motion.
     """
     size = len(omitted.gram) // _TERMS
     families = len(block.signs) // size
     single = omitted.gram.reshape(_TERMS, size, _TERMS, size)
     whole = np.zeros((_TERMS, families * size, _TERMS, families * size))
-    same, crossed = np.eye(families), 2.0 * np.array([[0.0, 1.0], [-1.0, 0.0]])
+    factor = np.array([1.0, 1.0, 2.0j, 1.0])
     for a in range(_TERMS):
         for b in range(_TERMS):
-            left = crossed if (a == 2 and families == 2) else same
-            right = crossed if (b == 2 and families == 2) else same
-            whole[a, :, b] = np.kron(left.T @ right, single[a, :, b])
+            gram = single[a, :, b]
+            if families == 2:
+                gram = planes(factor[a].conj() * factor[b] * gram)
+            whole[a, :, b] = gram
     whole *= block.signs[:, None, None] * block.signs
     whole = whole[:, block.order][..., block.order]
     strain = straining_part(block.matrices["mass"], block.rigid)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from solidwhirl.reduction.solvers.vectors import apply, inner, symmetric
-from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
+from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray, Matrix
 
 #: Columns that go through the factor together.
 BLOCK = 4
@@ -26,14 +26,15 @@ _PATIENCE = 12
 
 
 def krylov_pairs(
-    operator: Callable[[FloatArray], FloatArray],
+    operator: Callable[[Matrix], Matrix],
     product: Any,
     *,
     first: Callable[[FloatArray], IntArray],
     count: int,
     tolerance: float,
-    outside: FloatArray,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+    least: float = 0.0,
+    outside: Matrix,
+) -> tuple[FloatArray, Matrix, FloatArray]:
     """Outer eigenpairs S x = θ x of an operator S that is symmetric in the product of P.
 
     Parameters
@@ -46,6 +47,8 @@ def krylov_pairs(
         Order of given θ in which pairs are wanted (indices); an end of the spectrum.
     tolerance
         Largest |S x - θ x| / |θ| in the norm of P.
+    least
+        |θ| below which differences do not matter.
     outside
         (local, f) P-orthonormal vectors of an invariant space that is left out.
 
@@ -57,9 +60,9 @@ def krylov_pairs(
     """
     comm = product.comm.tompi4py()
     random = np.random.default_rng(comm.rank).standard_normal((len(outside), BLOCK))
-    start, mass = operator(random), product
+    start, mass = operator(random.astype(outside.dtype)), product
     space = GrowingSpace(outside, mass, comm)
-    image = np.zeros((0, 0))
+    image = np.zeros((0, 0), dtype=outside.dtype)
     new = space.extend(start, apply(mass, start))
     limit = _PATIENCE * (count + 2 * BLOCK)
     leading, theta, left, shapes = 0, np.empty(0), np.empty(0), np.empty((0, 0))
@@ -72,7 +75,7 @@ def krylov_pairs(
         if len(image) >= due:
             rest = symmetric(inner(answer, weight, comm))  # of what is left of the answer
             theta, shapes, left = _projected_pairs(image, rest, first)
-            good = left <= tolerance * np.abs(theta)
+            good = left <= tolerance * np.maximum(np.abs(theta), least)
             leading = len(good) if good.all() else int(np.argmin(good))
             if leading >= count or len(theta) > limit:
                 break
@@ -87,8 +90,8 @@ def krylov_pairs(
 
 
 def _projected_pairs(
-    image: FloatArray, rest: FloatArray, first: Callable[[FloatArray], IntArray]
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+    image: Matrix, rest: Matrix, first: Callable[[FloatArray], IntArray]
+) -> tuple[FloatArray, Matrix, FloatArray]:
     """Eigenpairs of the projection in the wanted order, and their residuals.
 
     `rest` holds the products of what the newest columns' images have beyond the space.
@@ -97,17 +100,17 @@ def _projected_pairs(
     order = first(theta)
     theta, shapes = theta[order], shapes[:, order]
     tail = shapes[len(shapes) - len(rest) :]
-    left = np.sqrt(np.maximum(np.einsum("ik,ij,jk->k", tail, rest, tail), 0.0))
+    left = np.sqrt(np.maximum(np.einsum("ik,ij,jk->k", tail.conj(), rest, tail).real, 0.0))
     return theta, shapes, left
 
 
-def bordered_image(image: FloatArray, ahead: FloatArray) -> FloatArray:
+def bordered_image(image: Matrix, ahead: Matrix) -> Matrix:
     """The projection of S, grown by the columns of the newest block."""
     old, new = len(image), ahead.shape[1]
-    out = np.zeros((old + new, old + new))
+    out = np.zeros((old + new, old + new), dtype=ahead.dtype)
     out[:old, :old] = image
     out[:, old:] = ahead
-    out[old:, :] = ahead.T
+    out[old:, :] = ahead.conj().T
     out[old:, old:] = symmetric(ahead[old:])
     return out
 
@@ -115,23 +118,23 @@ def bordered_image(image: FloatArray, ahead: FloatArray) -> FloatArray:
 class GrowingSpace:
     """M-orthonormal columns that grow in place."""
 
-    def __init__(self, first: FloatArray, mass: Any, comm: Any) -> None:
+    def __init__(self, first: Matrix, mass: Any, comm: Any) -> None:
         self._mass, self._comm = mass, comm
         self._store = np.array(first, order="F")
         self._used = first.shape[1]
 
-    def columns(self, start: int) -> FloatArray:
+    def columns(self, start: int) -> Matrix:
         """Columns from `start` on; negative: as many of the last ones."""
         return self._store[:, start if start >= 0 else self._used + start : self._used]
 
-    def take_out(self, block: FloatArray, weight: FloatArray) -> FloatArray:
+    def take_out(self, block: Matrix, weight: Matrix) -> Matrix:
         """Take the part in the space out of a block, in place, given M times the block."""
         basis = self.columns(0)
         part = inner(basis, weight, self._comm)
         block -= basis @ part
         return part
 
-    def extend(self, block: FloatArray, weight: FloatArray | None) -> int:
+    def extend(self, block: Matrix, weight: Matrix | None) -> int:
         """Add what a block has beyond the space; returns the number of new columns.
 
         `weight` is M times the block; without it the block is taken as free of the space up to
@@ -144,19 +147,20 @@ class GrowingSpace:
             weight = apply(self._mass, block)
             gram = inner(block, weight, self._comm)
             part = self.take_out(block, weight)
-            gram = symmetric(gram - part.T @ part)
-            size = np.sqrt(np.maximum(np.diag(gram), np.finfo(float).tiny))
+            gram = symmetric(gram - part.conj().T @ part)
+            size = np.sqrt(np.maximum(np.diag(gram).real, np.finfo(float).tiny))
             s, q = np.linalg.eigh(gram / np.outer(size, size))
             keep = s > _LOST**2
             block = block @ ((q[:, keep] / np.sqrt(s[keep])) / size[:, None])
         self._append(block)
         return block.shape[1]
 
-    def _append(self, block: FloatArray) -> None:
+    def _append(self, block: Matrix) -> None:
         """Store new columns; the store doubles when it is full."""
         rows, wanted = len(block), self._used + block.shape[1]
         if wanted > self._store.shape[1]:
-            grown = np.empty((rows, max(2 * self._store.shape[1], wanted, 96)), order="F")
+            count = max(2 * self._store.shape[1], wanted, 96)
+            grown = np.empty((rows, count), order="F", dtype=self._store.dtype)
             grown[:, : self._used] = self.columns(0)
             self._store = grown
         self._store[:, self._used : wanted] = block

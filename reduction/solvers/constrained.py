@@ -16,8 +16,8 @@ from petsc4py import PETSc
 from solidwhirl.reduction.errors import FactorMemoryError, ReductionError
 from solidwhirl.reduction.solvers.block_krylov import krylov_pairs
 from solidwhirl.reduction.solvers.memory import available_memory_bytes
-from solidwhirl.reduction.solvers.vectors import apply, dense_matrix
-from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.reduction.solvers.vectors import apply, dense_matrix, paired, unpaired
+from solidwhirl.rotordyn.core.arrays import FloatArray, Matrix
 
 #: Right-hand sides that MUMPS takes through the factor together (ICNTL(27)).
 SOLUTION_BLOCK = 32
@@ -57,6 +57,14 @@ def bordered(matrix: Any, rows: FloatArray) -> Any:
     return out
 
 
+def real_rows(rows: Matrix) -> FloatArray:
+    """Constraint rows as real ones, (local real unknowns, real rows): two for a complex one."""
+    if not np.iscomplexobj(rows):
+        return rows
+    both = np.stack([rows, 1j * rows], axis=2)
+    return paired(both.reshape(len(rows), 2 * rows.shape[1]))
+
+
 def _upper_half(matrix: Any) -> tuple[NDArray[Any], NDArray[Any], FloatArray]:
     """Rows of this rank from the diagonal on (CSR)."""
     indptr, indices, data = matrix.getValuesCSR()
@@ -73,7 +81,8 @@ class ConstrainedFactor:
     #: The bordered PETSc matrix and its factorised KSP
     matrix: Any
     solver: Any
-    border: int  #: b, the number of constraint rows
+    border: int  #: b, the number of constraint rows, as real ones
+    parts: int  #: Real unknowns of one unknown: 2 where unknowns are complex
     #: Negative eigenvalues of the bordered matrix; b of them belong to the border if A is positive
     #: definite under the constraint (Sylvester), every further one is an eigenvalue of A below zero
     negative_pivots: int
@@ -82,15 +91,15 @@ class ConstrainedFactor:
     @property
     def indefinite_count(self) -> int:
         """Negative eigenvalues of A on the space B u = 0."""
-        return self.negative_pivots - self.border
+        return (self.negative_pivots - self.border) // self.parts
 
     def destroy(self) -> None:
         """Free the factor and its matrix."""
         self.solver.destroy()
         self.matrix.destroy()
 
-    def solve(self, force: FloatArray | None, values: FloatArray | None) -> FloatArray:
-        """Solve A u + Bᵀ λ = force, B u = values.
+    def solve(self, force: Matrix | None, values: Matrix | None) -> Matrix:
+        """Solve A u + B λ = force, Bᴴ u = values.
 
         `force`: (local N, k) or None for zero. `values`: (b, k) or None for zero. Returns (local N
         + own border rows, k): u, then on the last rank the reactions λ.
@@ -103,10 +112,11 @@ class ConstrainedFactor:
         own = rows - (self.border if last else 0)
         right = np.zeros((rows, given.shape[1]), order="F")
         if force is not None:
-            right[:own] = force
+            right[:own] = paired(force)
         if values is not None and last:
-            right[own:] = values
-        return self.solve_whole(right)
+            right[own:] = paired(values)
+        found = self.solve_whole(right)
+        return unpaired(found) if self.parts == 2 else found
 
     def solve_whole(self, right: FloatArray) -> FloatArray:
         """Solve the bordered system for every column of a block (local N + own border rows, k).
@@ -127,14 +137,16 @@ class ConstrainedFactor:
         return out
 
 
-def factorise(matrix: Any, rows: FloatArray) -> ConstrainedFactor:
+def factorise(matrix: Any, rows: Matrix) -> ConstrainedFactor:
     """Factorise a symmetric matrix bordered with constraint rows.
 
-    `matrix`: (N, N) PETSc matrix. `rows`: (local N, b) this rank's part of Bᵀ (b may be 0). Raises
+    `matrix`: (N, N) PETSc matrix. `rows`: (local N, b) this rank's part of B (b may be 0); complex
+    ones say that the matrix is that of complex unknowns, see `vectors`. Raises
     FactorMemoryError: the factor needs more memory than the machine has available, which is known
     before any of it is computed. Raises ReductionError: the factorisation failed.
     """
-    whole = bordered(matrix, rows)
+    border = real_rows(rows)
+    whole = bordered(matrix, border)
     solver = PETSc.KSP().create(whole.comm)
     solver.setOperators(whole)
     available = available_memory_bytes(whole.comm.tompi4py())
@@ -154,7 +166,8 @@ def factorise(matrix: Any, rows: FloatArray) -> ConstrainedFactor:
     return ConstrainedFactor(
         matrix=whole,
         solver=solver,
-        border=rows.shape[1],
+        border=border.shape[1],
+        parts=2 if np.iscomplexobj(rows) else 1,
         negative_pivots=negative,
         memory_bytes=memory,
     )
@@ -199,8 +212,8 @@ def eigenpairs(
     shift: float,
     count: int,
     tolerance: float = 1e-11,
-    deflate: FloatArray | None = None,
-) -> tuple[FloatArray, FloatArray]:
+    deflate: Matrix | None = None,
+) -> tuple[FloatArray, Matrix]:
     """Eigenpairs of A u = λ M u nearest to a shift under B u = 0, with the factor at hand.
 
     Parameters
@@ -224,9 +237,10 @@ def eigenpairs(
     ReductionError
         If fewer pairs than asked converged.
     """
-    local, size = mass.getLocalSize()[0], mass.getSize()[0]
-    outside = np.empty((local, 0)) if deflate is None else deflate
-    count = min(count, size - factor.border - outside.shape[1])
+    local, size = (n // factor.parts for n in (mass.getLocalSize()[0], mass.getSize()[0]))
+    kind = complex if factor.parts == 2 else float
+    outside = np.empty((local, 0), dtype=kind) if deflate is None else deflate
+    count = min(count, size - factor.border // factor.parts - outside.shape[1])
     theta, vectors, _ = krylov_pairs(
         lambda block: factor.solve(apply(mass, block), None)[:local],
         mass,

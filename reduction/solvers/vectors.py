@@ -1,20 +1,55 @@
-"""Blocks of distributed vectors: (local rows, columns) arrays and PETSc matrices acting on them."""
+"""Blocks of distributed vectors: (local rows, columns) arrays and PETSc matrices acting on them.
+
+PETSc's numbers are real. A block may be complex: its matrices are then Hermitian and hold, for
+every complex unknown, the real and the imaginary part next to each other, so that a product is the
+complex one (`paired`).
+"""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from petsc4py import PETSc
 
-from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.arrays import FloatArray, Matrix
 
 
-def apply(matrix: Any, block: FloatArray) -> FloatArray:
+def paired(block: Matrix) -> FloatArray:
+    """Real and imaginary parts in turn, (2 rows, k); a real block as it is."""
+    if not np.iscomplexobj(block):
+        return block
+    return np.asarray(np.ascontiguousarray(block.T).view(float).T)
+
+
+def unpaired(block: FloatArray) -> Matrix:
+    """Complex block of pairs of rows."""
+    return np.asarray(np.ascontiguousarray(block.T).view(complex).T)
+
+
+@runtime_checkable
+class Operator(Protocol):
+    """A matrix that is known by what it makes of a block."""
+
+    def times(self, block: Matrix) -> Matrix:
+        """Matrix times every column."""
+
+    def folded(self) -> Any:
+        """As a PETSc matrix."""
+
+    def destroy(self) -> None:
+        """Free what it holds."""
+
+
+def apply(matrix: Any, block: Matrix) -> Matrix:
     """Matrix times every column; rows are this rank's.
 
-    `block`: (local columns of the matrix, k).
+    `block`: (local columns of the matrix, k), or half of them and complex.
     """
+    if isinstance(matrix, Operator):
+        return matrix.times(block)
+    if np.iscomplexobj(block):
+        return unpaired(apply(matrix, paired(block)))
     rows, width = matrix.getLocalSize()[0], matrix.getSize()[1]
     dense = dense_matrix(block, width, matrix.comm)
     product = matrix.matMult(dense)
@@ -58,19 +93,37 @@ def dense_matrix(block: FloatArray, height: int, comm: Any) -> Any:
     return out
 
 
-def inner(left: FloatArray, right: FloatArray, comm: Any) -> FloatArray:
-    """leftᵀ right, summed over the ranks; the same array on every rank."""
-    return np.asarray(comm.allreduce(left.T @ right))
+def inner(left: Matrix, right: Matrix, comm: Any) -> Matrix:
+    """leftᴴ right, summed over the ranks; the same array on every rank."""
+    return np.asarray(comm.allreduce(left.conj().T @ right))
 
 
-def project(matrix: Any, block: FloatArray, comm: Any) -> FloatArray:
-    """blockᵀ A block."""
+def squares(left: Matrix, right: Matrix, comm: Any) -> FloatArray:
+    """Real diagonal of leftᴴ right."""
+    return np.asarray(comm.allreduce(np.einsum("ij,ij->j", left.conj(), right).real))
+
+
+def energies(matrix: Any, block: Matrix, comm: Any) -> FloatArray:
+    """Real diagonal of blockᴴ A block."""
+    return squares(block, apply(matrix, block), comm)
+
+
+def project(matrix: Any, block: Matrix, comm: Any) -> Matrix:
+    """blockᴴ A block."""
     return inner(block, apply(matrix, block), comm)
 
 
-def symmetric(square: FloatArray) -> FloatArray:
-    """Symmetric part (removes round-off)."""
-    return np.asarray(0.5 * (square + square.T))
+def diagonal(matrix: Any, like: Matrix) -> FloatArray:
+    """Diagonal of a matrix in the rows of a block that it acts on."""
+    found = matrix.getDiagonal()
+    values = found.array_r[:: 2 if np.iscomplexobj(like) else 1].copy()
+    found.destroy()
+    return np.asarray(values)
+
+
+def symmetric(square: Matrix) -> Matrix:
+    """Hermitian (symmetric) part (removes round-off)."""
+    return np.asarray(0.5 * (square + square.conj().T))
 
 
 def skew(square: FloatArray) -> FloatArray:

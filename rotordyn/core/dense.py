@@ -111,10 +111,10 @@ class Scaled(NamedTuple):
     """K and M in coordinates x with q = scale · x, and the signature of K."""
 
     scale: FloatArray
-    stiffness: FloatArray
-    mass: FloatArray
+    stiffness: Matrix
+    mass: Matrix
     eigenvalues: FloatArray
-    vectors: FloatArray
+    vectors: Matrix
     negative_count: int
     zero_count: int
 
@@ -139,19 +139,23 @@ class Eigenvalues(NamedTuple):
     shapes: ComplexArray
 
 
-def scale_by_stiffness(
-    stiffness: FloatArray, mass: FloatArray, body_rate: float | None = None
-) -> Scaled:
+def hermitian_part(matrix: Matrix) -> Matrix:
+    """Return ½ (A + Aᴴ), real if it has no imaginary part."""
+    part = 0.5 * (matrix + matrix.conj().T)
+    return np.asarray(part.real if np.iscomplexobj(part) and not part.imag.any() else part)
+
+
+def scale_by_stiffness(stiffness: Matrix, mass: Matrix, body_rate: float | None = None) -> Scaled:
     """Scale the coordinates so that stiff springs become ones, and count the signs of K.
 
-    `stiffness`, `mass`: symmetric, shape (n, n); M positive definite. `body_rate`: largest K_ii /
-    M_ii of the bodies without their bearings, (rad/s)²: rounding in K is of the order of eps times
-    that. None takes it from the matrices given.
+    `stiffness`, `mass`: real symmetric or Hermitian, shape (n, n); M positive definite.
+    `body_rate`: largest K_ii / M_ii of the bodies without their bearings, (rad/s)²: rounding in K
+    is of the order of eps times that. None takes it from the matrices given.
 
     Coordinates with K_ii above a thousandth of body_rate · M_ii get a unit diagonal, softer ones
     keep the scale of M. Eigenvalues of the scaled K below 64 n eps count as zero.
     """
-    diagonal, inertia = np.diag(stiffness), np.diag(mass)
+    diagonal, inertia = np.diag(stiffness).real, np.diag(mass).real
     if not (inertia > 0).all():
         at = int(np.argmin(inertia))
         raise AnalysisError(
@@ -181,7 +185,7 @@ def reciprocal(inverse: FloatArray | ComplexArray) -> ComplexArray:
     return np.asarray(1.0 / inverse)
 
 
-def cholesky_of_mass(mass: FloatArray) -> FloatArray:
+def cholesky_of_mass(mass: Matrix) -> Matrix:
     """Return the lower Cholesky factor of M, or say that M is not positive definite."""
     try:
         return np.asarray(la.cholesky(mass, lower=True))
@@ -191,14 +195,14 @@ def cholesky_of_mass(mass: FloatArray) -> FloatArray:
         ) from error
 
 
-def solve_standing(scaled: Scaled) -> tuple[FloatArray, FloatArray]:
+def solve_standing(scaled: Scaled) -> tuple[FloatArray, Matrix]:
     """Solve K q = ω² M q for K positive (semi)definite.
 
     `scaled`: from `scale_by_stiffness`, without negative eigenvalues. Returns `frequencies`: ω of
-    the elastic modes in rad/s, rising, shape (n − zero_count,). Returns `shapes`: columns q, real,
-    φᵀMφ = 1.
+    the elastic modes in rad/s, rising, shape (n − zero_count,). Returns `shapes`: columns q, real
+    if K and M are, φᴴMφ = 1.
 
-    With K + σ²M = LLᵀ and M = NNᵀ the singular values of L⁻¹N are (ω² + σ²)^-½: no squaring, so
+    With K + σ²M = LLᴴ and M = NNᴴ the singular values of L⁻¹N are (ω² + σ²)^-½: no squaring, so
     rounding is relative to the ratio of frequencies, not to its square.
     """
     zeros = scaled.zero_count
@@ -207,7 +211,7 @@ def solve_standing(scaled: Scaled) -> tuple[FloatArray, FloatArray]:
     factor = cholesky_of_mass(scaled.mass)
     if zeros == 0:
         return _standing_shifted(scaled, factor, 0.0, 0)
-    rough = float(np.median(1.0 / np.diag(scaled.mass)))
+    rough = float(np.median(1.0 / np.diag(scaled.mass).real))
     lowest = float(_standing_shifted(scaled, factor, rough, zeros)[0][0])
     # Rounding may drown the lowest frequency in the rough shift; never shift below 1e-6 of it.
     shift = max(lowest**2, 1e-12 * rough)
@@ -215,13 +219,13 @@ def solve_standing(scaled: Scaled) -> tuple[FloatArray, FloatArray]:
 
 
 def _standing_shifted(
-    scaled: Scaled, factor: FloatArray, shift: float, zeros: int
-) -> tuple[FloatArray, FloatArray]:
+    scaled: Scaled, factor: Matrix, shift: float, zeros: int
+) -> tuple[FloatArray, Matrix]:
     """Solve with σ² = shift and drop the `zeros` lowest modes."""
     lower = la.cholesky(scaled.stiffness + shift * scaled.mass, lower=True)
     left, singular, _ = la.svd(la.solve_triangular(lower, factor, lower=True))
     squared = np.maximum(1.0 / singular[zeros:] ** 2 - shift, 0.0)
-    shapes = la.solve_triangular(lower, left[:, zeros:], lower=True, trans="T")
+    shapes = la.solve_triangular(lower, left[:, zeros:], lower=True, trans="C")
     shapes = scaled.scale[:, None] * shapes / singular[zeros:]
     return np.sqrt(squared), shapes
 
@@ -342,7 +346,7 @@ def _velocity_rank(
     return int(np.count_nonzero(la.svdvals(both) > 1.0))
 
 
-def _of_unit_mass(motions: Matrix, mass: FloatArray) -> Matrix:
+def _of_unit_mass(motions: Matrix, mass: Matrix) -> Matrix:
     """Return motions (n, k) as rows, conjugate, with the unit matrix for their mass."""
     root = la.cholesky(motions.conj().T @ mass @ motions, lower=True)
     return np.asarray(la.solve_triangular(root, motions.conj().T, lower=True))
@@ -354,8 +358,7 @@ def _lowest_frequency(scaled: Scaled, skew: Matrix) -> float:
     if standing.size:
         return float(standing[0])
     lower = cholesky_of_mass(scaled.mass)
-    spin = la.solve_triangular(lower, la.solve_triangular(lower, skew, lower=True).T, lower=True)
-    largest = float(np.abs(spin).max())
+    largest = float(np.abs(_congruent(lower, skew)).max())
     return largest if largest > 0 else 1.0
 
 
@@ -400,8 +403,8 @@ def solve_general(
 def general_eigenvalues(scaled: Scaled, stiffness: Matrix, velocity: Matrix) -> Eigenvalues:
     """Return all eigenvalues of λ²M + λV + K, see `solve_general`.
 
-    `scaled`: of the Hermitian part of K, which is real; `stiffness`, `velocity`: K and V, real or
-    complex, in the scaled coordinates, shape (n, n). Returns unsorted, shapes in the scaled
+    `scaled`: of the Hermitian part of K; `stiffness`, `velocity`: K and V, real or complex, in the
+    scaled coordinates, shape (n, n). Returns unsorted, shapes in the scaled
     coordinates.
     """
     shift, reference = _real_shift(scaled, stiffness, velocity)
@@ -426,7 +429,7 @@ def _solved(
     regular = np.eye(n) + _congruent(lower, 0.5 * (shifted - shifted.conj().T))
     rate = _congruent(lower, velocity + 2.0 * shift * scaled.mass)
     half = la.solve_triangular(lower, cholesky_of_mass(scaled.mass), lower=True)
-    companion = np.zeros((2 * n, 2 * n), dtype=rate.dtype)
+    companion = np.zeros((2 * n, 2 * n), dtype=np.result_type(rate, half))
     companion[:n] = -la.solve(regular, np.hstack((rate, half)))
     companion[n:, :n] = half.conj().T
     is_real, norm = np.isrealobj(companion), float(la.norm(companion))
@@ -501,7 +504,7 @@ def _real_shift(scaled: Scaled, full: Matrix, damping: Matrix) -> tuple[float, f
     return _definite_shift(full, damping, scaled.mass, reference), reference
 
 
-def _definite_shift(full: Matrix, damping: Matrix, mass: FloatArray, least: float) -> float:
+def _definite_shift(full: Matrix, damping: Matrix, mass: Matrix, least: float) -> float:
     """Return a shift s, not below a least one, with a positive definite Q(s)."""
     shift = least
     limit = _ROUNDINGS * mass.shape[0] * np.finfo(float).eps

@@ -295,7 +295,7 @@ def _closed(family: _Family, place: int, names: Sequence[str], stiffness: float)
         if law.bearing not in names:
             laws.append(law)
         elif joints[law.bearing].law is _OPEN:
-            constant = constant + stiffness * (law.motion.T @ law.motion)
+            constant = constant + stiffness * (law.motion.conj().T @ law.motion)
         elif stiffness > 0:
             unit = dataclasses.replace(
                 joints[law.bearing], stiffness_n_per_m=np.eye(2), damping_n_s_per_m=np.zeros((2, 2))

@@ -1,7 +1,7 @@
 """All critical speeds of undamped systems whose bearings depend on the speed, by counting signs.
 
 D(Ω) = K(Ω) − Ω² N is singular at a critical speed, so the number of its negative eigenvalues
-changes there (Sylvester). E = D/Ω² has the same signs and falls with Ω, in the order of symmetric
+changes there (Sylvester). E = D/Ω² has the same signs and falls with Ω, in the order of Hermitian
 matrices, as long as k(Ω)/Ω² of each bearing falls: then the numbers at two speeds tell exactly how
 many critical speeds lie between. Elsewhere bounds of E over an interval either prove that there is
 none, or the interval is halved. Both follow from the polynomials of the laws: k(Ω)/Ω² is stationary
@@ -18,7 +18,7 @@ import scipy.linalg as la
 from scipy.optimize import brentq, minimize_scalar
 
 from solidwhirl.rotordyn.assembly.law_pieces import LawPieces, derivative, determinant
-from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, FloatArray
+from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, Matrix
 from solidwhirl.rotordyn.core.dense import scale_by_stiffness
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.critical_speeds.whirl_pencils import (
@@ -50,7 +50,7 @@ class SpeedRoots(NamedTuple):
     """
 
     speeds_rad_s: FloatArray
-    shapes: FloatArray | ComplexArray
+    shapes: Matrix
     falls: BoolArray
     counts: tuple[int, int]
     unresolved: tuple[tuple[float, float], ...]
@@ -201,8 +201,8 @@ class _Search:
     def __init__(self, pencil: Pencil, body_rate: float, limit: float) -> None:
         basis = _basis(pencil, body_rate, limit)
         self.basis = basis
-        self.stiffness = basis.T @ pencil.stiffness @ basis
-        self.inertia = basis.T @ pencil.inertia @ basis
+        self.stiffness = basis.conj().T @ pencil.stiffness @ basis
+        self.inertia = basis.conj().T @ pencil.inertia @ basis
         self.laws = tuple(law._replace(motion=law.motion @ basis) for law in pencil.laws)
         self.pieces = _known(pencil.laws)
         self.turns = tuple(
@@ -212,15 +212,15 @@ class _Search:
         self.unresolved: list[tuple[float, float]] = []
         self._known: dict[float, FloatArray] = {}
 
-    def matrix(self, speed: float) -> FloatArray | ComplexArray:
+    def matrix(self, speed: float) -> Matrix:
         """Return E."""
         return self._assembled(speed, [law.stiffness(speed) / speed**2 for law in self.laws])
 
-    def _assembled(self, speed: float, over_squares: list[FloatArray]) -> FloatArray | ComplexArray:
+    def _assembled(self, speed: float, over_squares: list[FloatArray]) -> Matrix:
         """Return E with K/Ω² at a speed and k/Ω² of the bearings as given."""
         stiffness = self.stiffness / speed**2
         for law, k in zip(self.laws, over_squares, strict=True):
-            stiffness = stiffness + law.motion.T @ (0.5 * (k + k.T)) @ law.motion
+            stiffness = stiffness + law.motion.conj().T @ (0.5 * (k + k.T)) @ law.motion
         return np.asarray(stiffness - self.inertia)
 
     def eigenvalues(self, speed: float) -> FloatArray:
@@ -323,9 +323,9 @@ class _Search:
         root = brentq(value, ends[1], ends[0], xtol=1e-15 * ends[1], rtol=1e-15)
         return _Root(float(root**-0.5), place, falls)
 
-    def shapes(self, roots: list[_Root]) -> FloatArray | ComplexArray:
+    def shapes(self, roots: list[_Root]) -> Matrix:
         """Return the shapes at the roots; those of equal speeds are independent."""
-        columns: list[FloatArray | ComplexArray] = []
+        columns: list[Matrix] = []
         start = 0
         for stop in range(1, len(roots) + 1):
             if stop < len(roots):
@@ -342,8 +342,8 @@ class _Search:
         return np.hstack([column[:, None] for column in columns])
 
 
-def _basis(pencil: Pencil, body_rate: float, limit: float) -> FloatArray:
-    """Return P with Pᵀ(K(0) + σ²M)P = 1; σ = 0 if K(0) is positive definite."""
+def _basis(pencil: Pencil, body_rate: float, limit: float) -> Matrix:
+    """Return P with Pᴴ(K(0) + σ²M)P = 1; σ = 0 if K(0) is positive definite."""
     scaled = scale_by_stiffness(pencil.stiffness_at(0.0), pencil.mass, body_rate)
     shift = 0.0 if scaled.is_definite else limit**2
     while True:
@@ -352,5 +352,5 @@ def _basis(pencil: Pencil, body_rate: float, limit: float) -> FloatArray:
             break
         except la.LinAlgError:
             shift = max(4.0 * shift, limit**2)
-    inverse = la.solve_triangular(lower, np.eye(scaled.scale.size), lower=True, trans="T")
+    inverse = la.solve_triangular(lower, np.eye(scaled.scale.size), lower=True, trans="C")
     return np.asarray(scaled.scale[:, None] * inverse)

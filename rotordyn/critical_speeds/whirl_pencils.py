@@ -11,7 +11,7 @@ import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.law_pieces import LawPieces
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, LawJoint
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, Matrix
 from solidwhirl.rotordyn.core.dense import Scaled, scale_by_stiffness
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.modes.complex_form import ComplexForm, complex_form
@@ -26,17 +26,17 @@ class PencilLaw(NamedTuple):
     """
 
     bearing: str
-    motion: FloatArray
+    motion: Matrix
     stiffness: _Law
     pieces: LawPieces | None
 
 
 class Pencil(NamedTuple):
-    """Hold D(Ω) = K + Σ Jᵀ k(Ω) J − Ω² N, N = α²M − iαG − K2, on m coordinates x.
+    """Hold D(Ω) = K + Σ Jᴴ k(Ω) J − Ω² N, N = α²M − iαG − K2, on m coordinates x.
 
     `whirl`: "forward" or "backward"; "planar" for axial motion and torsion; "" for all motions of a
-    system that cannot be split. `stiffness`, `mass`: K without the bearings that depend on the
-    speed, and M; real, symmetric, shape (m, m). `inertia`: N, Hermitian, shape (m, m). `laws`: the
+    system that cannot be split. `stiffness`, `mass`, `inertia`: K without the bearings that depend
+    on the speed, M and N; Hermitian, real where the system allows it, shape (m, m). `laws`: the
     bearings that depend on the speed: J and k(Ω). `first`, `second`: coordinates of the system to
     which x belongs: q[first] = x, and q[second] = turn x. `turn`: −i forward, +i backward, as q
     e^{iωt} is taken with ω > 0, times the sign of each s in the complex form, one for each second;
@@ -44,28 +44,28 @@ class Pencil(NamedTuple):
     """
 
     whirl: str
-    stiffness: FloatArray
-    mass: FloatArray
-    inertia: FloatArray | ComplexArray
+    stiffness: Matrix
+    mass: Matrix
+    inertia: Matrix
     laws: tuple[PencilLaw, ...]
     first: IntArray
     second: IntArray
     turn: ComplexArray
     size: int
 
-    def expand(self, shapes: FloatArray | ComplexArray) -> ComplexArray:
+    def expand(self, shapes: Matrix) -> ComplexArray:
         """Return shapes (m, k) in the coordinates of the system, (n, k)."""
         full = np.zeros((self.size, shapes.shape[1]), dtype=complex)
         full[self.first] = shapes
         full[self.second] = self.turn[:, None] * shapes[: self.second.size]
         return full
 
-    def stiffness_at(self, speed_rad_s: float) -> FloatArray:
-        """Return K + Σ Jᵀ k(Ω) J."""
+    def stiffness_at(self, speed_rad_s: float) -> Matrix:
+        """Return K + Σ Jᴴ k(Ω) J."""
         stiffness = self.stiffness
         for law in self.laws:
             k = law.stiffness(speed_rad_s)
-            stiffness = stiffness + law.motion.T @ (0.5 * (k + k.T)) @ law.motion
+            stiffness = stiffness + law.motion.conj().T @ (0.5 * (k + k.T)) @ law.motion
         return stiffness
 
 
@@ -74,8 +74,8 @@ def whirl_pencils(assembled: AssembledSystem, excitation_ratio: float) -> tuple[
 
     `assembled`: the system. Damping and the skew part of the stiffness are not looked at.
     `excitation_ratio`: α > 0. For an isotropic system one for forward and one for backward
-    whirl, real and of half the size (z = z₀ e^{±iαΩt} in the complex form), and one for axial
-    motion and torsion if there are such coordinates; else a single Hermitian one.
+    whirl of half the size (z = z₀ e^{±iαΩt} in the complex form), real if that is, and one for
+    axial motion and torsion if there are such coordinates; else a single Hermitian one.
     """
     form = complex_form(assembled)
     # Shared by the pencils, which look at the same speeds.
@@ -123,19 +123,26 @@ def _whole(
 def _turning(
     form: ComplexForm, ratio: float, sign: float, whirl: str, laws: tuple[_Law, ...]
 ) -> Pencil:
-    """Return the pencil of circular whirl: −ν²A + νΩg + k + Ω²k2 with ν = ±αΩ."""
+    """Return the pencil of circular whirl: −ν²A + νΩg + k + Ω²k2 with ν = ±αΩ.
+
+    x is the amplitude of e^{iαΩt}, so that backward, in z = x* e^{−iαΩt}, it is the conjugate.
+    """
     joints = form.assembled.law_joints
     inertia = ratio**2 * form.mass - sign * ratio * form.gyroscopic - form.centrifugal_stiffness
+
+    def seen(matrix: Matrix) -> Matrix:
+        return matrix if sign > 0 else matrix.conj()
+
     return Pencil(
         whirl=whirl,
-        stiffness=form.stiffness,
-        mass=form.mass,
-        inertia=inertia,
+        stiffness=seen(form.stiffness),
+        mass=seen(form.mass),
+        inertia=seen(inertia),
         # Two equal rows over √2: x and y carry one half each of k = k_xx = k_yy.
         laws=tuple(
             PencilLaw(
                 joints[law.place].bearing,
-                np.vstack((law.motion, law.motion)) / np.sqrt(2.0),
+                seen(np.vstack((law.motion, law.motion))) / np.sqrt(2.0),
                 laws[law.place],
                 joints[law.place].pieces,
             )
@@ -166,11 +173,11 @@ class DirectSpeeds(NamedTuple):
     """Critical speeds in rad/s, rising, shape (k,), and their shapes x, (m, k)."""
 
     speeds_rad_s: FloatArray
-    shapes: FloatArray | ComplexArray
+    shapes: Matrix
 
 
 def direct_speeds(
-    pencil: Pencil, stiffness: FloatArray, body_rate: float, limit_rad_s: float
+    pencil: Pencil, stiffness: Matrix, body_rate: float, limit_rad_s: float
 ) -> DirectSpeeds:
     """Solve K x = Ω² N x with K positive (semi)definite.
 
@@ -191,7 +198,7 @@ def direct_speeds(
     # Cholesky of the scaled K keeps more digits than its eigenvectors where it exists.
     if scaled.is_definite:
         lower = la.cholesky(scaled.stiffness, lower=True)
-        basis = la.solve_triangular(lower, np.eye(scaled.scale.size), lower=True, trans="T")
+        basis = la.solve_triangular(lower, np.eye(scaled.scale.size), lower=True, trans="C")
     else:
         stiff = slice(scaled.zero_count, None)
         elastic = scaled.vectors[:, stiff] / np.sqrt(scaled.eigenvalues[stiff])
@@ -199,7 +206,7 @@ def direct_speeds(
         free = _kernel_inertia(inertia, kernel)
         if not elastic.size:
             return DirectSpeeds(np.empty(0), elastic)
-        basis = elastic - kernel @ la.solve(free, kernel.T @ inertia @ elastic)
+        basis = elastic - kernel @ la.solve(free, kernel.conj().T @ inertia @ elastic)
     reduced = basis.conj().T @ inertia @ basis
     values, vectors = la.eigh(0.5 * (reduced + reduced.conj().T))
     smallest = 64.0 * values.size * np.finfo(float).eps * np.abs(values).max(initial=0.0)
@@ -232,16 +239,14 @@ def negative_count(pencil: Pencil, speed_rad_s: float, body_rate: float) -> int:
     return int(np.count_nonzero(la.eigvalsh(scaled.stiffness - speed_rad_s**2 * inertia) < 0))
 
 
-def _kernel(scaled: Scaled) -> FloatArray:
+def _kernel(scaled: Scaled) -> Matrix:
     """Return the motions without stiffness, which follow those of negative stiffness."""
     return scaled.vectors[:, scaled.negative_count : scaled.negative_count + scaled.zero_count]
 
 
-def _kernel_inertia(
-    inertia: FloatArray | ComplexArray, kernel: FloatArray
-) -> FloatArray | ComplexArray:
+def _kernel_inertia(inertia: Matrix, kernel: Matrix) -> Matrix:
     """Return N of the motions without stiffness, refusing one that is singular."""
-    free = kernel.T @ inertia @ kernel
+    free = kernel.conj().T @ inertia @ kernel
     size = np.abs(la.eigvalsh(free))
     if size.min() < _NO_INERTIA * size.max():
         raise AnalysisError(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
@@ -23,17 +24,17 @@ _ROUNDING = 1e-11
 
 
 class ComplexMatrices(NamedTuple):
-    """Matrices of A z'' + V z' + B z = f at one speed, each (m, m): A real, V and B complex."""
+    """Matrices of A z'' + V z' + B z = f at one speed, each (m, m); A is Hermitian."""
 
-    mass: FloatArray
+    mass: Matrix
     velocity: ComplexArray
     stiffness: ComplexArray
 
 
 class IsotropicLaw(NamedTuple):
-    """Relative motion z of a bearing with a speed law, shape (m,), and its place."""
+    """Relative motion of a bearing with a speed law per z, shape (m,), and its place."""
 
-    motion: FloatArray
+    motion: Matrix
     place: int
 
 
@@ -42,8 +43,9 @@ class ComplexForm(ReadOnlyArrays):
     """Hold the lateral motion of an isotropic system in z = p + i s.
 
     A z'' + (c − iΩ g) z' + (k + Ω² k2 − iΩ ν) z = f_p + i f_s, plus −i ½ Ω' g z while the speed
-    varies. All matrices are real and symmetric, shape (m, m). z = z0 e^{iωt} whirls forward for
-    ω > 0 and backward for ω < 0.
+    varies. All matrices are Hermitian, shape (m, m); real where motion in one plane stays in it, as
+    in bodies with a plane of symmetry through the axis. z = z0 e^{iωt} whirls forward for ω > 0 and
+    backward for ω < 0.
 
     Attributes
     ----------
@@ -63,12 +65,12 @@ class ComplexForm(ReadOnlyArrays):
     second: IntArray
     second_sign: FloatArray
     rest: IntArray
-    mass: FloatArray
-    gyroscopic: FloatArray
-    stiffness: FloatArray
-    centrifugal_stiffness: FloatArray
-    damping: FloatArray
-    circulatory: FloatArray
+    mass: Matrix
+    gyroscopic: Matrix
+    stiffness: Matrix
+    centrifugal_stiffness: Matrix
+    damping: Matrix
+    circulatory: Matrix
     laws: tuple[IsotropicLaw, ...]
 
     @property
@@ -97,13 +99,13 @@ class ComplexForm(ReadOnlyArrays):
         out[self.second] = -1j * sign * (forward - other)
         return out
 
-    def real_parts(self, speed_rad_s: float) -> tuple[FloatArray, FloatArray]:
-        """Return c and k + Ω² k2 at a speed with all bearings, each (m, m)."""
+    def hermitian_parts(self, speed_rad_s: float) -> tuple[Matrix, Matrix]:
+        """Return k + Ω² k2 and c at a speed with all bearings, each (m, m)."""
         stiffness = self.stiffness + speed_rad_s**2 * self.centrifugal_stiffness
         damping = self.damping
         for law in self.laws:
             k, c = self.assembled.law_joints[law.place].coefficients(speed_rad_s)
-            product = np.outer(law.motion, law.motion)
+            product = np.outer(law.motion.conj(), law.motion)
             stiffness = stiffness + k[0, 0] * product
             damping = damping + c[0, 0] * product
         return stiffness, damping
@@ -113,7 +115,7 @@ class ComplexForm(ReadOnlyArrays):
 
         `speed_rad_s`: Ω, rad/s. With the bearings that depend on the speed.
         """
-        stiffness, damping = self.real_parts(speed_rad_s)
+        stiffness, damping = self.hermitian_parts(speed_rad_s)
         return ComplexMatrices(
             mass=self.mass,
             velocity=damping - 1j * speed_rad_s * self.gyroscopic,
@@ -135,9 +137,8 @@ class Pairs(NamedTuple):
 def complex_form(assembled: AssembledSystem) -> ComplexForm | None:
     """Return the complex form of a system, None where it has none.
 
-    None if bodies do not know how they turn, or a bearing is not the same in x and y, or couples
-    them, or lateral motion couples to axial motion or torsion, or a solid's mesh has no mirror
-    plane.
+    None if bodies do not know how they turn or are not the same after a turn, or a bearing is not
+    the same in x and y, or couples them, or lateral motion couples to axial motion or torsion.
 
     Genta 2005, Dynamics of Rotating Systems, section 3.4 (complex coordinates).
     """
@@ -243,37 +244,62 @@ def _vanishes(part: FloatArray, matrix: FloatArray, rows: IntArray, columns: Int
     return bool((np.abs(part) <= _ROUNDING * scale + 1e-15 * largest).all())
 
 
-def _same(matrix: FloatArray, pairs: Pairs) -> FloatArray | None:
-    """Return the block that is equal in both planes, None if they differ or couple."""
+def _same(matrix: FloatArray, pairs: Pairs) -> Matrix | None:
+    """Return a = P − iQ of the symmetric [[P, Q], [−Q, P]]: real if Q is rounding.
+
+    None if a turn changes the matrix, or it couples to what does not turn.
+    """
+
+    def is_rounding(part: FloatArray, rows: IntArray, columns: IntArray) -> bool:
+        return _vanishes(part, matrix, rows, columns)
+
+    found = _turning_parts(matrix, pairs, is_rounding)
+    return None if found is None else _hermitian(found[0], None if found[1] is None else -found[1])
+
+
+def _crossed(matrix: FloatArray, pairs: Pairs) -> Matrix | None:
+    """Return b = Q + iP of [[P, Q], [−Q, P]] = −i b in z: real if P is rounding; None as above."""
+    limit = _ROUNDING * np.abs(matrix).max(initial=0.0)
+
+    def is_rounding(part: FloatArray, rows: IntArray, columns: IntArray) -> bool:
+        return bool(np.abs(part).max(initial=0.0) <= limit)
+
+    found = _turning_parts(matrix, pairs, is_rounding)
+    if found is None:
+        return None
+    along, across = found
+    across = np.zeros_like(along) if across is None else across
+    return _hermitian(across, None if is_rounding(along, pairs.first, pairs.first) else along)
+
+
+def _turning_parts(
+    matrix: FloatArray,
+    pairs: Pairs,
+    is_rounding: Callable[[FloatArray, IntArray, IntArray], bool],
+) -> tuple[FloatArray, FloatArray | None] | None:
+    """Return P and Q of [[P, Q], [−Q, P]], Q None if it is rounding; None of another matrix."""
     first, second, sign, rest = pairs
     in_p = _block(matrix, first, first)
     in_s = np.outer(sign, sign) * _block(matrix, second, second)
-    zero = [(in_p - in_s, first, second), (_block(matrix, first, second), first, second)]
-    zero += [(_block(matrix, side, rest), side, rest) for side in (first, second)]
-    zero += [(_block(matrix, rest, side), rest, side) for side in (first, second)]
-    if not all(_vanishes(part, matrix, rows, columns) for part, rows, columns in zero):
-        return None
-    mean = 0.5 * (in_p + in_s)
-    return np.asarray(0.5 * (mean + mean.T)) if _is_symmetric(mean) else None
-
-
-def _crossed(matrix: FloatArray, pairs: Pairs) -> FloatArray | None:
-    """Return b of [[0, b], [−b, 0]], None if the matrix is not of that kind."""
-    first, second, sign, rest = pairs
     upper = _block(matrix, first, second) * sign
     lower = sign[:, None] * _block(matrix, second, first)
-    size = np.abs(matrix).max(initial=0.0)
-    others = [upper + lower, _block(matrix, first, first), _block(matrix, second, second)]
-    others += [_block(matrix, side, rest) for side in (first, second)]
-    others += [_block(matrix, rest, side) for side in (first, second)]
-    if any(np.abs(part).max(initial=0.0) > _ROUNDING * size for part in others):
+    zero = [(in_p - in_s, first, second), (upper + lower, first, second)]
+    zero += [(_block(matrix, side, rest), side, rest) for side in (first, second)]
+    zero += [(_block(matrix, rest, side), rest, side) for side in (first, second)]
+    if not all(is_rounding(*part) for part in zero):
         return None
-    mean = 0.5 * (upper - lower)
-    return np.asarray(0.5 * (mean + mean.T)) if _is_symmetric(mean) else None
+    crossed = 0.5 * (upper - lower)
+    is_apart = is_rounding(crossed, first, second)
+    return 0.5 * (in_p + in_s), None if is_apart else crossed
 
 
-def _is_symmetric(matrix: FloatArray) -> bool:
-    return bool(np.abs(matrix - matrix.T).max() <= _ROUNDING * np.abs(matrix).max(initial=0.0))
+def _hermitian(real: FloatArray, imaginary: FloatArray | None) -> Matrix | None:
+    """Return a matrix, real without an imaginary part; None if it is not Hermitian."""
+    matrix: Matrix = real if imaginary is None else real + 1j * imaginary
+    error = np.abs(matrix - matrix.conj().T).max()
+    if error > _ROUNDING * np.abs(matrix).max(initial=0.0):
+        return None
+    return np.asarray(0.5 * (matrix + matrix.conj().T))
 
 
 def _isotropic_laws(assembled: AssembledSystem, pairs: Pairs) -> tuple[IsotropicLaw, ...] | None:
@@ -281,19 +307,19 @@ def _isotropic_laws(assembled: AssembledSystem, pairs: Pairs) -> tuple[Isotropic
     laws = []
     for place, joint in enumerate(assembled.law_joints):
         along_x, along_y = joint.motion[:, pairs.first], joint.motion[:, pairs.second] * pairs.sign
-        # either plane may be p: z is then the motion along x + i y, or i times it
-        straight = _equal(along_x[0], along_y[1]) and not along_x[1].any()
-        turned = _equal(along_x[1], -along_y[0]) and not along_x[0].any()
-        if not (straight or turned) or joint.motion[:, pairs.rest].any():
+        limit = _ROUNDING * np.abs(joint.motion).max(initial=0.0)
+        uneven = np.array([along_x[0] - along_y[1], along_x[1] + along_y[0]])
+        if (np.abs(uneven) > limit).any() or joint.motion[:, pairs.rest].any():
             return None
         if joint.pieces is None or not joint.pieces.is_isotropic:
             return None
-        laws.append(IsotropicLaw(motion=along_x[0] if straight else along_x[1], place=place))
+        # x + i y of the bearing per z; either plane may be p, so that it may be i times a real one
+        is_some = (np.abs(along_x) > limit).any(axis=1)
+        motion: Matrix = (
+            along_x[0] + 1j * along_x[1] if is_some.all() else along_x[is_some.argmax()]
+        )
+        laws.append(IsotropicLaw(motion=motion, place=place))
     return tuple(laws)
-
-
-def _equal(first: FloatArray, second: FloatArray) -> bool:
-    return bool(np.abs(first - second).max() <= _ROUNDING * np.abs(first).max())
 
 
 def _has_isotropic_joints(assembled: AssembledSystem) -> bool:

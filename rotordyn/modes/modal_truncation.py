@@ -9,16 +9,19 @@ import numpy.typing as npt
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, matrices_at_speed
-from solidwhirl.rotordyn.core.arrays import FloatArray
-from solidwhirl.rotordyn.core.dense import solve_standing
+from solidwhirl.rotordyn.core.arrays import FloatArray, Matrix
+from solidwhirl.rotordyn.core.dense import (
+    Scaled,
+    hermitian_part,
+    scale_by_stiffness,
+    solve_standing,
+)
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.modes.complex_form import complex_form
 from solidwhirl.rotordyn.modes.eigen import scaled_stiffness
 
 # Frequencies closer than this (relative) are one mode with two or more shapes.
 _SAME_FREQUENCY = 1e-6
-# A part of a unit vector below this is rounding.
-_PART = 1e-3
 # A turn stays in the basis if it leaves it by less than this.
 _SAME_TURN = 1e-9
 
@@ -64,8 +67,7 @@ def truncated_system(assembled: AssembledSystem, mode_count: int) -> AssembledSy
     """
     if not 1 <= mode_count <= assembled.size:
         raise AnalysisError(f"mode_count is {mode_count}; 1 to {assembled.size} are possible")
-    squared, shapes = rest_modes(assembled)
-    shapes = _in_planes(assembled, squared, shapes)
+    squared, shapes = _turning_modes(assembled)
     same = _partners(squared, mode_count)
     if same is not None:
         raise AnalysisError(
@@ -90,19 +92,50 @@ def rest_modes(assembled: AssembledSystem) -> tuple[FloatArray, FloatArray]:
     negative for a support with negative stiffness. Returns `shapes`: columns φ with φᵀMφ = 1, shape
     (n, n).
     """
-    scaled = scaled_stiffness(assembled, matrices_at_speed(assembled, 0.0))
+    return _standing(scaled_stiffness(assembled, matrices_at_speed(assembled, 0.0)))
+
+
+def _standing(scaled: Scaled) -> tuple[FloatArray, Matrix]:
+    """Return ω², rising, and shapes of unit modal mass, real if K and M are."""
     if scaled.negative_count:
         squared, shapes = la.eigh(scaled.stiffness, scaled.mass)
         return squared, scaled.scale[:, None] * shapes
     omega, elastic = solve_standing(scaled)
-    kernel = scaled.scale[:, None] * scaled.vectors[:, : scaled.zero_count]
-    size = la.cholesky(kernel.T @ assembled.mass @ kernel, lower=True) if kernel.size else None
-    if size is None:
+    kernel = scaled.vectors[:, : scaled.zero_count]
+    if not kernel.size:
         return omega**2, elastic
-    rigid = la.solve_triangular(size, kernel.T, lower=True).T
-    elastic = elastic - rigid @ (rigid.T @ assembled.mass @ elastic)
+    size = la.cholesky(kernel.conj().T @ scaled.mass @ kernel, lower=True)
+    rigid = la.solve_triangular(size, kernel.conj().T, lower=True).conj().T
+    inner = elastic / scaled.scale[:, None]
+    inner = inner - rigid @ (rigid.conj().T @ scaled.mass @ inner)
     squared = np.concatenate((np.zeros(scaled.zero_count), omega**2))
-    return squared, np.hstack((rigid, elastic))
+    return squared, scaled.scale[:, None] * np.hstack((rigid, inner))
+
+
+def _turning_modes(assembled: AssembledSystem) -> tuple[FloatArray, FloatArray]:
+    """Return the modes at rest, those of a system with a complex form as pairs z and i z.
+
+    Then the reduced system has complex coordinates like the whole one.
+    """
+    form = complex_form(assembled)
+    if form is None:
+        return rest_modes(assembled)
+    stiffness, _ = form.hermitian_parts(0.0)
+    squared, z = _standing(scale_by_stiffness(stiffness, form.mass, assembled.body_rate))
+    lateral = np.zeros((assembled.size, z.shape[1], 2))
+    for column, moved in enumerate((z, 1j * z)):
+        lateral[form.first, :, column] = moved.real
+        lateral[form.second, :, column] = form.second_sign[:, None] * moved.imag
+    squares, shapes = [np.repeat(squared, 2)], [lateral.reshape(assembled.size, -1)]
+    if form.rest.size:
+        at = np.ix_(form.rest, form.rest)
+        even = hermitian_part(matrices_at_speed(assembled, 0.0).stiffness[at])
+        own, along = _standing(scale_by_stiffness(even, assembled.mass[at], assembled.body_rate))
+        squares.append(own)
+        shapes.append(np.eye(assembled.size)[:, form.rest] @ along)
+    together = np.concatenate(squares)
+    order = np.argsort(together, kind="stable")
+    return together[order], np.hstack(shapes)[:, order]
 
 
 def _checked_basis(assembled: AssembledSystem, basis: npt.ArrayLike) -> FloatArray:
@@ -144,33 +177,6 @@ def _projected_turn(generator: FloatArray | None, basis: FloatArray) -> FloatArr
         return None
     whole = np.round(inner)
     return np.asarray(whole if np.abs(inner - whole).max() < _SAME_TURN else inner)
-
-
-def _in_planes(assembled: AssembledSystem, squared: FloatArray, shapes: FloatArray) -> FloatArray:
-    """Return the modes with those of equal frequency in pairs: in one plane, and turned by 90°.
-
-    Then the reduced system has complex coordinates z = p + is like the whole one.
-    """
-    form, turn = complex_form(assembled), assembled.spin_generator
-    if form is None or turn is None:
-        return shapes
-    result, start = shapes.copy(), 0
-    weight = np.sqrt(np.diag(assembled.mass))[form.second, None]
-    while start < squared.size:
-        near = _SAME_FREQUENCY * np.abs(squared[start])
-        stop = start + int(np.count_nonzero(np.abs(squared[start:] - squared[start]) <= near))
-        group = shapes[:, start:stop]
-        # L in the group is skew, as a turn keeps M; it is read in the amplitudes of the modes.
-        inner = group.T @ assembled.mass @ turn @ group
-        left, size, _ = la.svd(inner)
-        turning, still = left[:, size > _PART], left[:, size <= _PART]
-        if turning.size:
-            *_, across = la.svd(weight * group[form.second] @ turning)
-            in_plane = turning @ across[across.shape[0] // 2 :].T
-            pairs = np.stack((in_plane, inner @ in_plane), axis=2).reshape(stop - start, -1)
-            result[:, start:stop] = group @ np.hstack((pairs, still))
-        start = stop
-    return result
 
 
 def _partners(squared: FloatArray, count: int) -> tuple[int, int] | None:

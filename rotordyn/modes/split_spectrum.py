@@ -13,7 +13,7 @@ import numpy as np
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, SpeedMatrices
-from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray, Matrix
 from solidwhirl.rotordyn.core.dense import (
     Scaled,
     Spectrum,
@@ -141,14 +141,15 @@ def split_spectrum(
     `count`: number of lowest oscillatory modes wanted. Returns None if the system has no complex
     form, its lateral stiffness is negative, or it is free without damping.
 
-    With k = LLᵀ, L⁻¹AL⁻ᵀ = NNᵀ and z = z0 e^{iνt}, ν = 1/μ, conservative whirl is the real
-    symmetric problem [[−Ω g̃, N], [Nᵀ, 0]] (x, y) = μ (x, y): all ν of both signs at once, the
-    lowest as the largest μ. See `spectrum` for the reason of 1/ν and the scaling.
+    With k = LLᴴ, L⁻¹AL⁻ᴴ = NNᴴ and z = z0 e^{iνt}, ν = 1/μ, conservative whirl is the Hermitian
+    problem [[−Ω g̃, N], [Nᴴ, 0]] (x, y) = μ (x, y), real where the complex form is: all ν of both
+    signs at once, the lowest as the largest μ. See `spectrum` for the reason of 1/ν and the
+    scaling.
     """
     form = complex_form(assembled)
     if form is None:
         return None
-    stiffness, damping = form.real_parts(speed_rad_s)
+    stiffness, damping = form.hermitian_parts(speed_rad_s)
     scaled = scale_by_stiffness(stiffness, form.mass, assembled.body_rate)
     velocity = damping - 1j * speed_rad_s * form.gyroscopic
     circulating = stiffness - 1j * speed_rad_s * form.circulatory
@@ -163,11 +164,11 @@ def split_spectrum(
     return _joined(lateral, rest, count)
 
 
-def _congruent(lower: FloatArray, matrix: FloatArray) -> FloatArray:
-    """Return L⁻¹ A L⁻ᵀ of a symmetric matrix."""
+def _congruent(lower: Matrix, matrix: Matrix) -> Matrix:
+    """Return L⁻¹ A L⁻ᴴ of a Hermitian matrix."""
     inner = la.solve_triangular(lower, matrix, lower=True)
-    result = la.solve_triangular(lower, inner.T, lower=True)
-    return np.asarray(0.5 * (result + result.T))
+    result = la.solve_triangular(lower, inner.conj().T, lower=True)
+    return np.asarray(0.5 * (result + result.conj().T))
 
 
 def _conservative(form: ComplexForm, scaled: Scaled, speed_rad_s: float, count: int) -> _Part:
@@ -177,14 +178,14 @@ def _conservative(form: ComplexForm, scaled: Scaled, speed_rad_s: float, count: 
     turning = _congruent(lower, speed_rad_s * outer * form.gyroscopic)
     scale = scaled.scale
     m = scale.size
-    matrix = np.zeros((2 * m, 2 * m))
+    matrix = np.zeros((2 * m, 2 * m), dtype=np.result_type(turning, half))
     matrix[:m, :m] = -turning
-    matrix[:m, m:], matrix[m:, :m] = half, half.T
+    matrix[:m, m:], matrix[m:, :m] = half, half.conj().T
     # divide and conquer is twice as fast as the default where all vectors are wanted
     inverse, vectors = la.eigh(matrix, overwrite_a=True, check_finite=False, driver="evd")
     order = np.argsort(-np.abs(inverse), kind="stable")[: min(count, 2 * m)]
     frequencies = 1.0 / inverse[order]
-    shapes = scale[:, None] * la.solve_triangular(lower, vectors[:m, order], lower=True, trans="T")
+    shapes = scale[:, None] * la.solve_triangular(lower, vectors[:m, order], lower=True, trans="C")
     return _Part(
         1j * np.abs(frequencies),
         _in_the_round(form, shapes, frequencies > 0),

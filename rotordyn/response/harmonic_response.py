@@ -24,6 +24,7 @@ from solidwhirl.rotordyn.core.arrays import (
     ComplexArray,
     FloatArray,
     IntArray,
+    Matrix,
     ReadOnlyArrays,
 )
 from solidwhirl.rotordyn.core.errors import AnalysisError, NoSteadyResponseError
@@ -97,7 +98,7 @@ def non_negative(name: str, values: npt.ArrayLike) -> FloatArray:
     return array
 
 
-MatrixTriple: TypeAlias = tuple[FloatArray, FloatArray | ComplexArray, FloatArray | ComplexArray]
+MatrixTriple: TypeAlias = tuple[Matrix, Matrix, Matrix]
 # Mass, velocity and stiffness matrix at a speed Ω.
 PointMatrices: TypeAlias = Callable[[float], MatrixTriple]
 
@@ -119,8 +120,8 @@ def solve_points(
 ) -> Solved:
     """Solve for the response at each point; a point without load is not solved.
 
-    `loads`: f, shape (p, n, r). `matrices`: M, V and K at a speed, each (n, n); V and K may be
-    complex. `speeds`, `frequencies`: Ω and ω of the points, shape (p,), rad/s; ω of either sign.
+    `loads`: f, shape (p, n, r). `matrices`: M, V and K at a speed, each (n, n), real or complex, M
+    Hermitian. `speeds`, `frequencies`: Ω and ω of the points, shape (p,), rad/s; ω of either sign.
     Residuals are in coordinates scaled by powers of two to a diagonal near 1. Raises
     NoSteadyResponseError if a point is singular to working accuracy; the message names it.
     """
@@ -164,7 +165,7 @@ class ScaledMatrices:
 
     def __init__(self, matrices: PointMatrices, speed: float, highest: float) -> None:
         mass, _, stiffness = matrices(speed)
-        size = np.abs(np.diag(stiffness)) + highest**2 * np.diag(mass)
+        size = np.abs(np.diag(stiffness)) + highest**2 * np.diag(mass).real
         _, exponent = np.frexp(np.where(size > 0, size, 1.0))
         self.scale: FloatArray = np.ldexp(1.0, -(exponent // 2))
         self._outer = np.multiply.outer(self.scale, self.scale)
@@ -186,7 +187,7 @@ def _fill(place: ComplexArray, triple: MatrixTriple, omega: float) -> None:
     """Write K + iωV − ω²M to a place."""
     mass, velocity, stiffness = triple
     inertia = mass * -(omega**2)
-    if np.isrealobj(velocity) and np.isrealobj(stiffness):
+    if all(np.isrealobj(matrix) for matrix in triple):
         np.add(inertia, stiffness, out=place.real)
         np.multiply(velocity, omega, out=place.imag)
         return
@@ -373,7 +374,7 @@ def _fill_both(place: ComplexArray, triple: MatrixTriple, omega: float) -> None:
     """Write D(ω) of the forward circle and D(−ω)* of the mirrored backward one."""
     mass, velocity, stiffness = triple
     _fill(place[0], triple, omega)
-    _fill(place[1], (mass, velocity.conj(), stiffness.conj()), omega)
+    _fill(place[1], (mass.conj(), velocity.conj(), stiffness.conj()), omega)
 
 
 def _solve_chunk(

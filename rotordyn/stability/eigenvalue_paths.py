@@ -28,6 +28,7 @@ from solidwhirl.rotordyn.core.dense import (
     diagonal,
     dual_of,
     eigensolver_rounding,
+    hermitian_part,
     reciprocal,
     scale_by_stiffness,
     sharpened,
@@ -63,12 +64,13 @@ class Coefficients(NamedTuple):
 class Block:
     """Hold motions of a system that couple with no others: λ²M + λV(Ω) + K(Ω).
 
-    `mass`: M, real, shape (n, n); `at`: V and K at a speed Ω in rad/s; `slopes`: dV/dΩ and dK/dΩ at
-    a speed, on one side of it; `shift`: a real rate of the order of the slowest motion, 1/s.
-    `is_free`: whether some motion meets no stiffness at any speed: its zeros are no instability.
+    `mass`: M, Hermitian, shape (n, n); `at`: V and K at a speed Ω in rad/s; `slopes`: dV/dΩ and
+    dK/dΩ at a speed, on one side of it; `shift`: a real rate of the order of the slowest motion,
+    1/s. `is_free`: whether some motion meets no stiffness at any speed: its zeros are no
+    instability.
     """
 
-    mass: FloatArray
+    mass: Matrix
     at: Callable[[float], Coefficients]
     slopes: Callable[[float, Side], Coefficients]
     shift: float = 1.0
@@ -173,8 +175,7 @@ def _prepared(block: Block, body_rate: float, low: float, high: float) -> Block:
     # a motion that is free at three odd places is free at all of them
     for part in (0.2357, 0.5403, 0.8189):
         stiffness = block.at(low + part * (high - low)).stiffness
-        even = np.asarray(0.5 * (stiffness + stiffness.conj().T).real)
-        scaled = scale_by_stiffness(even, block.mass, body_rate)
+        scaled = scale_by_stiffness(hermitian_part(stiffness), block.mass, body_rate)
         zeros.append(scaled.zero_count)
         rates.append(np.abs(la.eigvalsh(scaled.stiffness, scaled.mass)))
     seen = np.concatenate(rates)
@@ -236,7 +237,7 @@ def _companion(
     mass = scale[:, None] * block.mass * scale
     rate = _congruent(lower, scale[:, None] * velocity * scale + 2.0 * shift * mass)
     half = la.solve_triangular(lower, la.cholesky(mass, lower=True), lower=True)
-    companion = np.zeros((2 * n, 2 * n), dtype=np.result_type(rate, regular))
+    companion = np.zeros((2 * n, 2 * n), dtype=np.result_type(rate, regular, half))
     companion[:n] = -la.solve(regular, np.hstack((rate, half)))
     companion[n:, :n] = half.conj().T
     return companion

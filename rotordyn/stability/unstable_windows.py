@@ -129,7 +129,9 @@ class _Search:
         grid = stretch.paths(_PARTS)
         tolerance = np.minimum(stretch.first.tolerance, stretch.second.tolerance[stretch.partner])
         excess = grid.real - np.where(np.isfinite(tolerance), tolerance, 0.0)[:, None]
-        if (excess.min(axis=1) > error).any():
+        # two modes that grow at either end need not be one that grows in between
+        known = np.where(stretch.mac < _UNLIKE, _error(stretch, None), error)
+        if (excess.min(axis=1) > known).any():
             return [_Piece(low, high, True)]
         narrow = high - low <= _FLOOR * (self.high - self.low)
         doubtful = excess.max(axis=1) + error > 0

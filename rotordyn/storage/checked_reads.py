@@ -121,6 +121,20 @@ class SuperelementFile:
                 raise self.error(f"attribute {name!r}", f"has {entry}, allowed is 0 or more")
         return tuple(int(entry) for entry in value)
 
+    def optional_integer_attribute(self, name: str) -> int | None:
+        """Return an integer, not negative, from an attribute of the root; None if there is none."""
+        value = self.attribute(self.file, "", name)
+        return None if value is None else self.whole_number(f"attribute {name!r}", value)
+
+    def whole_number(self, place: str, value: Any) -> int:
+        """Return what an attribute holds as an integer, or refuse it."""
+        number = np.asarray(value)
+        if number.shape != () or number.dtype.kind not in "iu":
+            raise self.error(place, f"is {value!r}; a whole number is needed")
+        if not 0 <= number <= layout.LARGEST_SIZE:
+            raise self.error(place, f"is {number}, allowed is 0 to {layout.LARGEST_SIZE}")
+        return int(number)
+
     def dataset(self, place: str) -> h5py.Dataset:
         """Return a dataset that lies in this file itself, stored in a way that is trusted."""
         if place in self._datasets:

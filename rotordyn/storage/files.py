@@ -79,6 +79,8 @@ def program_version() -> str:
 
 
 def _write_header(file: h5py.File, element: Superelement) -> None:
+    if element.cyclic_sectors is not None:
+        file.attrs["cyclic_sectors"] = np.int64(element.cyclic_sectors)
     file.attrs.update(
         {
             "format": layout.FORMAT,
@@ -209,6 +211,7 @@ def _read(path: Path) -> Superelement:
                 name=file.text_attribute("name"),
                 level=file.text_attribute("level"),  # type: ignore[arg-type]
                 harmonics=file.integers_attribute("harmonics"),
+                cyclic_sectors=file.optional_integer_attribute("cyclic_sectors"),
                 coordinates=_read_coordinates(file, n, interfaces),
                 interfaces=interfaces,
                 **{

@@ -8,7 +8,7 @@ import h5py
 import numpy as np
 
 FORMAT = "ROTOR-SUPERELEMENT"
-FORMAT_VERSION = "1.3.0"
+FORMAT_VERSION = "1.4.0"
 MAJOR_VERSION = 1
 UNITS = {"length": "m", "mass": "kg", "time": "s", "force": "N", "angle": "rad"}
 EQUATION = (

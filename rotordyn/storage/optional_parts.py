@@ -17,11 +17,14 @@ from solidwhirl.rotordyn.storage.format import put_numbers
 from solidwhirl.rotordyn.superelement.mass_moments import MassMoments
 from solidwhirl.rotordyn.superelement.residual_energy import BLOCKS, FORM_PARTS, ErrorForm
 from solidwhirl.rotordyn.superelement.surface import GROUP as SURFACE
-from solidwhirl.rotordyn.superelement.surface import KINDS, Surface
+from solidwhirl.rotordyn.superelement.surface import KINDS, Copies, Surface
 
 _MOMENTS, _FORMS = "moments", "error_forms"
+# Of a sector in a group of its own: readers of 1.3 know two kinds of surface.
+_SECTOR = "sector_surface"
 # Directions a, b of the second moments that are kept; [b, a, k, j] is [a, b, j, k].
 _DIRECTIONS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+_IMAGINARY = "amplitudes_imaginary"
 _SCALARS = ("safety", "cutoff_rad_s")
 
 
@@ -103,13 +106,19 @@ def write_surface(file: h5py.File, surface: Surface | None) -> None:
     """Write the surface of a body."""
     if surface is None:
         return
-    group = file.create_group(SURFACE)
+    copies = surface.copies
+    group = file.create_group(SURFACE if copies is None else _SECTOR)
     group.attrs["kind"] = surface.kind
-    solid = surface.kind == "solid"
     put_numbers(group, "points", surface.points_m, unit="m", axes="point, x,y,z or z,r")
     put_numbers(group, "cells", surface.cells, axes="cell, point")
-    moved = surface.amplitudes.astype(np.float32 if solid else np.float64)
-    put_numbers(group, "amplitudes", moved, axes="point, x,y,z or r,theta,z, term")
+    kept = np.float64 if surface.kind == "meridian" else np.float32
+    axes = "point, x,y,z or r,theta,z, term"
+    put_numbers(group, "amplitudes", surface.amplitudes.real.astype(kept), axes=axes)
+    if copies is not None:
+        put_numbers(group, _IMAGINARY, surface.amplitudes.imag.astype(kept), axes=axes)
+        group.attrs.update(
+            {"copies": np.int64(copies.count), "mirrored": np.int64(copies.mirrored)}
+        )
     put_numbers(group, "coordinate", surface.coordinate)
     put_numbers(group, "order", surface.order)
     put_numbers(group, "family", surface.family, enum="0 cos, 1 sin")
@@ -117,21 +126,38 @@ def write_surface(file: h5py.File, surface: Surface | None) -> None:
 
 def read_surface(file: SuperelementFile, n: int) -> Surface | None:
     """Read the surface of a body with n coordinates."""
-    if not file.has(SURFACE):
+    place = next((name for name in (SURFACE, _SECTOR) if file.has(name)), None)
+    if place is None:
         return None
-    kind = file.attribute(file.group(SURFACE), SURFACE, "kind")
-    if kind not in KINDS.values():
-        raise file.error(SURFACE, f"is of kind {kind!r}, allowed are {list(KINDS.values())}")
+    allowed = KINDS[:2] if place == SURFACE else KINDS[2:]
+    kind = file.attribute(file.group(place), place, "kind")
+    if kind not in allowed:
+        raise file.error(place, f"is of kind {kind!r}, allowed are {list(allowed)}")
     dimension = 2 if kind == "meridian" else 3
     points, cells, terms = (
-        file.length(f"{SURFACE}/{name}") for name in ("points", "cells", "coordinate")
+        file.length(f"{place}/{name}") for name in ("points", "cells", "coordinate")
     )
+    places = file.numbers(f"{place}/points", (points, dimension))
+    amplitudes: Any = file.numbers(f"{place}/amplitudes", (points, 3, terms))
+    copies = _read_copies(file, place) if kind == "sector" else None
+    if copies is not None:
+        amplitudes = amplitudes + 1j * file.numbers(f"{place}/{_IMAGINARY}", (points, 3, terms))
     return Surface(
-        points_m=file.numbers(f"{SURFACE}/points", (points, dimension)),
-        cells=file.numbers(f"{SURFACE}/cells", (cells, dimension)),  # type: ignore[arg-type]
-        amplitudes=file.numbers(f"{SURFACE}/amplitudes", (points, 3, terms)),
-        coordinate=np.array(file.wholes(f"{SURFACE}/coordinate", (terms,))),
-        order=np.array(file.wholes(f"{SURFACE}/order", (terms,))),
-        family=np.array(file.wholes(f"{SURFACE}/family", (terms,))),
+        points_m=places,
+        cells=file.numbers(f"{place}/cells", (cells, dimension)),  # type: ignore[arg-type]
+        amplitudes=amplitudes,
+        coordinate=np.array(file.wholes(f"{place}/coordinate", (terms,))),
+        order=np.array(file.wholes(f"{place}/order", (terms,))),
+        family=np.array(file.wholes(f"{place}/family", (terms,))),
         size=n,
+        copies=copies,
     )
+
+
+def _read_copies(file: SuperelementFile, place: str) -> Copies:
+    group = file.group(place)
+    count, mirrored = (
+        file.whole_number(f"{place}: attribute {name!r}", file.attribute(group, place, name))
+        for name in ("copies", "mirrored")
+    )
+    return Copies(count=count, mirrored=bool(mirrored))

@@ -17,6 +17,7 @@ def superelement_document(element: Superelement) -> dict[str, Any]:
         "name": element.name,
         "level": element.level,
         "harmonics": list(element.harmonics),
+        "cyclic_sectors": element.cyclic_sectors,
         "unit_system": "SI",
         "frame": "inertial",
         "spin_axis": [0.0, 0.0, 1.0],

@@ -26,6 +26,8 @@ __all__ = ["Coordinate", "ErrorForm", "InterfaceNode", "MassMoments", "Superelem
 # Inertias about three axes of a body: none above the sum of the others, to this.
 _INERTIA_LIMIT = 1e-6
 _LONGEST_NAME = 200
+# Of two sectors, bending is not the same in all directions.
+_FEWEST_SECTORS = 3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -105,7 +107,8 @@ class Superelement:
         Model behind the matrices: "solid", "harmonic", "beam", "lumped", or "imported" from
         elsewhere.
     harmonics
-        Circumferential harmonics of a "harmonic" model; empty for solid bodies and beams.
+        Circumferential harmonics of a "harmonic" model, cyclic indices of a sector; empty for
+        whole solids and beams.
     coordinates
         The n coordinates, interface coordinates first.
     interfaces
@@ -158,6 +161,8 @@ class Superelement:
         frame that moves with the body need them.
     surface
         Points of the surface and how they move, for pictures of modes; None when not known.
+    cyclic_sectors
+        Number N of equal sectors of a body that was reduced from one of them; None of others.
 
     Raises
     ------
@@ -194,6 +199,7 @@ class Superelement:
     error_forms: tuple[ErrorForm, ...] = ()
     moments: MassMoments | None = None
     surface: Surface | None = None
+    cyclic_sectors: int | None = None
 
     def __post_init__(self) -> None:
         where = f"superelement {self.name!r}"
@@ -223,6 +229,7 @@ class Superelement:
         object.__setattr__(self, "error_forms", checked_forms(where, self.error_forms, n))
         validation.part_of_body(where, "moments", self.moments, MassMoments, n)
         validation.part_of_body(where, "surface", self.surface, Surface, n)
+        _check_sectors(self, where)
 
     def __repr__(self) -> str:
         return _superelement_text(self)
@@ -369,6 +376,21 @@ def _check_scalars(element: Superelement, where: str) -> None:
         if (getattr(element, name) < 0).any():
             raise SuperelementError(f"{where}: {name} has a negative frequency")
     _check_mass(element, where)
+
+
+def _check_sectors(element: Superelement, where: str) -> None:
+    """Refuse sectors that bending can not be told by, and the surface of other ones."""
+    count = element.cyclic_sectors
+    if count is not None and not (isinstance(count, int) and count >= _FEWEST_SECTORS):
+        raise SuperelementError(
+            f"{where}: cyclic_sectors is {count!r}, allowed are whole numbers from "
+            f"{_FEWEST_SECTORS}, or None"
+        )
+    copies = None if element.surface is None else element.surface.copies
+    if copies is not None and copies.count != count:
+        raise SuperelementError(
+            f"{where}: surface is of one of {copies.count} sectors, cyclic_sectors is {count}"
+        )
 
 
 def _check_mass(element: Superelement, where: str) -> None:

@@ -25,7 +25,8 @@ from solidwhirl.rotordyn.superelement.validation import (
 # All parts of an estimate, in the order of tables.
 PARTS = (
     "mesh",
-    "circumferential",
+    "circumferential",  # of files that older versions wrote
+    "stage_joints",
     "mode_truncation",
     "speed_interpolation",
     "interface_coupling",
@@ -36,7 +37,14 @@ PARTS = (
 # A choice of the model: shown, not summed.
 NOT_SUMMED = ("interface_coupling",)
 # Parts a body can have forms of.
-FORM_PARTS = ("mesh", "circumferential", "mode_truncation", "interface_coupling", "beam_theory")
+FORM_PARTS = (
+    "mesh",
+    "circumferential",
+    "stage_joints",
+    "mode_truncation",
+    "interface_coupling",
+    "beam_theory",
+)
 # Matrices whose residuals the form holds: K, M, G, K2.
 BLOCKS = 4
 # (|s| / cutoff)² is limited to this, where what was left out resonates and the form ends.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,10 +14,13 @@ from solidwhirl.rotordyn.core.errors import SuperelementError
 from solidwhirl.rotordyn.superelement.validation import finite_array
 
 GROUP = "surface"
-# By the number of coordinates of a point.
-KINDS = {2: "meridian", 3: "solid"}
+KINDS = ("meridian", "solid", "sector")
 # Circumferential orders are small; more would only be a damaged number.
 _HIGHEST_ORDER = 1000
+# Copies of a sector are points and faces in memory.
+_MOST_COPIES = 10_000
+# Mirror image of a vector in the plane y = 0.
+_MIRROR = np.array([1.0, -1.0, 1.0])
 # A point of a meridian lies on the axis below this part of the largest radius.
 _ON_AXIS = 1e-9
 
@@ -30,6 +33,17 @@ class Faces(NamedTuple):
     triangles: IntArray
 
 
+@dataclass(frozen=True, kw_only=True)
+class Copies:
+    """How a solid is made of its sector: `count` N of copies, each turned by 2π/N about z.
+
+    `mirrored`: what is copied is half a sector and its mirror image in the plane y = 0.
+    """
+
+    count: int
+    mirrored: bool
+
+
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
 class Surface:
     """Hold points of a body's surface and how they move with its coordinates.
@@ -38,68 +52,75 @@ class Surface:
     a term of order n moves the ring of a point by, for the family 0,
     (a cos nθ, b sin nθ, c cos nθ) along r, θ, z, for the family 1 (a sin nθ, −b cos nθ, c sin nθ);
     for n = 0 by (a, b, c). So the surface is known at every θ. Of a solid the terms are
-    displacements along x, y, z.
+    displacements along x, y, z. Of a sector they are complex fields Φ of the cyclic index h along
+    x, y, z, which move the copy k, turned by kα = 2πk/N, by R(kα) Re[e^{ihkα} Φ] in the family 0,
+    by R(kα) Im[e^{ihkα} Φ] in the family 1; for h = 0 by R(kα) (Re Φ + Im Φ). On the mirror image
+    of half a sector Φ is the mirror image of its conjugate.
 
     Raises SuperelementError if shapes disagree, a number is not finite, or a number points to
     nothing.
 
     `points_m`: (z, r) of a meridian, shape (p, 2), or (x, y, z) of a solid, shape (p, 3), m.
     `cells`: edges of a meridian's outline, shape (c, 2), or triangles of a solid, shape (c, 3).
-    `amplitudes`: a, b, c, or ux, uy, uz, of the points per unit coordinate, shape (p, 3, t); those
-    of a solid are rounded to single precision.
+    `amplitudes`: a, b, c, or ux, uy, uz, of the points per unit coordinate, shape (p, 3, t),
+    complex of a sector; those of a solid and of a sector are rounded to single precision.
     `coordinate`: coordinate of every term, shape (t,).
-    `order`, `family`: n and 0 or 1 of every term of a meridian, shape (t,); zeros for a solid.
+    `order`, `family`: n or h, and 0 or 1, of every term, shape (t,); zeros for a solid.
     `size`: number of coordinates of the body.
+    `copies`: of a sector; None of a meridian and of a whole solid.
     """
 
     points_m: FloatArray
     cells: IntArray
-    amplitudes: FloatArray
+    amplitudes: Matrix
     coordinate: IntArray
     order: IntArray
     family: IntArray
     size: int
+    copies: Copies | None = None
 
     def __post_init__(self) -> None:
         dimension = np.shape(self.points_m)[1] if np.ndim(self.points_m) == 2 else 2
-        if dimension not in KINDS:
+        if dimension not in (2, 3) or (dimension == 2 and self.copies is not None):
+            allowed = "2 (meridian) or 3 (solid)" if self.copies is None else "3 (sector)"
             raise SuperelementError(
-                f"surface: points_m has {dimension} columns; 2 (meridian) or 3 (solid) are allowed"
+                f"surface: points_m has {dimension} columns; {allowed} are allowed"
+            )
+        if self.copies is not None and not 0 < self.copies.count <= _MOST_COPIES:
+            raise SuperelementError(
+                f"surface: copies are {self.copies.count}; 1 to {_MOST_COPIES} are allowed"
             )
         points = finite_array(GROUP, "points_m", self.points_m, (None, dimension))
         if dimension == 2 and (points[:, 1] < 0.0).any():
             raise SuperelementError("surface: points_m has a negative radius")
         coordinate = _wholes("coordinate", self.coordinate, (None,), self.size)
         terms = len(coordinate)
-        moved = finite_array(GROUP, "amplitudes", self.amplitudes, (len(points), 3, terms))
-        if dimension == 3:
-            with np.errstate(over="ignore"):
-                moved = finite_array(
-                    GROUP, "amplitudes", moved.astype(np.float32), (len(points), 3, terms)
-                )
+        shape = (len(points), 3, terms)
+        moved: Matrix = _finite_parts(self.amplitudes, shape, dimension == 3, self.copies)
         object.__setattr__(self, "points_m", points)
         object.__setattr__(self, "amplitudes", moved)
         object.__setattr__(self, "coordinate", coordinate)
         cells = _wholes("cells", self.cells, (None, dimension), len(points))
         object.__setattr__(self, "cells", cells)
-        highest = _HIGHEST_ORDER if dimension == 2 else 1
+        highest = 1 if self.kind == "solid" else _HIGHEST_ORDER
         object.__setattr__(self, "order", _wholes("order", self.order, (terms,), highest))
         object.__setattr__(self, "family", _wholes("family", self.family, (terms,), 2))
 
     @property
     def kind(self) -> str:
-        """What the points are of: "meridian" or "solid"."""
-        return KINDS[self.points_m.shape[1]]
+        """What the points are of: "meridian", "solid" or "sector"."""
+        if self.copies is not None:
+            return "sector"
+        return "meridian" if self.points_m.shape[1] == 2 else "solid"
 
     def of_coordinates(self, kept: npt.ArrayLike) -> Surface:
         """Return the surface in other coordinates: of each the one here, or −1 (moves nothing)."""
-        own = np.asarray(kept, dtype=np.int64)
+        own: IntArray = np.asarray(kept, dtype=np.int64)
         place = np.full(self.size, -1)
         place[own[own >= 0]] = np.flatnonzero(own >= 0)
         there = place[self.coordinate] >= 0
-        return Surface(
-            points_m=self.points_m,
-            cells=self.cells,
+        return replace(
+            self,
             amplitudes=self.amplitudes[:, :, there],
             coordinate=place[self.coordinate[there]],
             order=self.order[there],
@@ -110,13 +131,17 @@ class Surface:
     def faces(self, sectors: int) -> Faces:
         """Return the surface in space.
 
-        `sectors`: points around the circumference of a meridian; of no effect on a solid. Points of
+        `sectors`: points around the circumference of a meridian; of no effect on others. Points of
         a meridian by angle, then as in `points_m`; those on the axis stand once for every angle,
-        the faces beside them are triangles.
+        the faces beside them are triangles. Points of a sector by copy, then as in `points_m`,
+        then those of its mirror image; points that two copies share stand twice.
         """
         none = np.empty((0, 4), dtype=np.int64)
         if self.kind == "solid":
             return Faces(self.points_m, none, self.cells)
+        if self.copies is not None:
+            whole, cells = _all_copies(self.points_m, self.cells, self.copies)
+            return Faces(whole, none, cells)
         z, r = self.points_m.T
         theta = angles(sectors)
         around = (np.outer(np.cos(theta), r), np.outer(np.sin(theta), r))
@@ -139,16 +164,41 @@ class Surface:
         q = np.asarray(motion)[self.coordinate]
         if self.kind == "solid":
             return np.asarray(self.amplitudes @ q)
+        around = sectors if self.copies is None else self.copies.count * (1 + self.copies.mirrored)
         total: Any = 0.0
         for order in np.unique(self.order):
             for family in (0, 1):
-                own = (self.order == order) & (self.family == family)
-                if own.any():
-                    moved = self.amplitudes[:, :, own] @ q[own]
-                    total = total + around_axis(moved, int(order), family, angles(sectors))
+                own = (self.order == order) & (self.family == family) & (q != 0.0)
+                if not own.any():
+                    continue
+                kept = self.amplitudes[:, :, own]
+                if self.copies is None:
+                    moved = around_axis(kept @ q[own], int(order), family, angles(sectors))
+                else:
+                    parts = kept.real @ q[own], kept.imag @ q[own]
+                    moved = around_sectors(parts, int(order), family, self.copies)
+                total = total + moved
         if np.ndim(total) == 0:
-            return np.zeros((sectors * len(self.points_m), 3), dtype=q.dtype)
+            return np.zeros((around * len(self.points_m), 3), dtype=q.dtype)
         return np.asarray(total.reshape(-1, 3))
+
+    def as_solid(self, points: IntArray, cells: IntArray) -> Surface:
+        """Return some points of `faces` as the surface of a whole solid, from that of a sector.
+
+        `points`: which of them, shape (p,); `cells`: triangles between those, shape (c, 3).
+        """
+        moving = np.unique(self.coordinate)
+        fields = [self.displacement(np.eye(self.size)[k], 0)[points] for k in moving]
+        none = np.zeros(len(moving), dtype=np.int64)
+        return Surface(
+            points_m=self.faces(0).points_m[points],
+            cells=cells,
+            amplitudes=np.stack(fields, axis=2) if fields else np.empty((len(points), 3, 0)),
+            coordinate=moving,
+            order=none,
+            family=none,
+            size=self.size,
+        )
 
 
 def angles(sectors: int) -> FloatArray:
@@ -169,6 +219,43 @@ def around_axis(amplitudes: Matrix, order: int, family: int, theta: FloatArray) 
     cos, sin = np.cos(theta)[:, None], np.sin(theta)[:, None]
     moved = [radial * cos - tangential * sin, radial * sin + tangential * cos]
     return np.stack([*moved, along[:, None] * c], axis=2)
+
+
+def around_sectors(parts: tuple[Matrix, Matrix], index: int, family: int, copies: Copies) -> Matrix:
+    """Return the Cartesian displacement of all copies of a sector from a field on it.
+
+    `parts`: Σ q Re Φ and Σ q Im Φ of the points of the sector, each (p, 3), real or complex;
+    `index`: cyclic index h; `family`: 0 or 1. Returns shape (copies, p, 3), p twice with mirror
+    images (Thomas 1979, Int. J. Numer. Methods Eng. 14, 81-102).
+    """
+    real, imaginary = parts
+    if copies.mirrored:
+        real = np.concatenate([real, real * _MIRROR])
+        imaginary = np.concatenate([imaginary, -imaginary * _MIRROR])
+    turn = angles(copies.count)
+    cos, sin = (f(index * turn)[:, None, None] for f in (np.cos, np.sin))
+    if 2 * index % copies.count == 0:  # the field is real
+        moved = cos * (real + imaginary)
+    else:
+        moved = cos * real - sin * imaginary if family == 0 else sin * real + cos * imaginary
+    return np.asarray(np.einsum("kij,kpj->kpi", turns(turn), moved))
+
+
+def turns(angle: FloatArray) -> FloatArray:
+    """Return turns about z by some angles (k,), shape (k, 3, 3)."""
+    cos, sin, zero, one = np.cos(angle), np.sin(angle), np.zeros_like(angle), np.ones_like(angle)
+    rows = [[cos, -sin, zero], [sin, cos, zero], [zero, zero, one]]
+    return np.moveaxis(np.array(rows), 2, 0)
+
+
+def _all_copies(points: FloatArray, cells: IntArray, copies: Copies) -> tuple[FloatArray, IntArray]:
+    """Points and triangles of a whole solid from those of a sector, or of half of one."""
+    if copies.mirrored:  # a mirror image turns normals inward
+        cells = np.concatenate([cells, cells[:, ::-1] + len(points)])
+        points = np.concatenate([points, points * _MIRROR])
+    around = np.einsum("kij,pj->kpi", turns(angles(copies.count)), points)
+    number = np.arange(copies.count)[:, None, None] * len(points)
+    return around.reshape(-1, 3), (number + cells).reshape(-1, 3)
 
 
 def family_factors(order: int, family: int, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -301,6 +388,28 @@ def outline_chains(cells: IntArray) -> list[IntArray]:
                     break
             chains.append(np.array(chain))
     return chains
+
+
+def _finite_parts(
+    values: npt.ArrayLike, shape: tuple[int, ...], single: bool, copies: Copies | None
+) -> Matrix:
+    """Read-only amplitudes, complex of a sector, in double precision with the digits of single."""
+    given = np.asarray(values)
+    if copies is None and np.iscomplexobj(given):
+        raise SuperelementError("surface: amplitudes are complex; those of a sector alone may be")
+    parts = [given] if copies is None else [given.real, given.imag]
+    checked = []
+    for part in parts:
+        found = finite_array(GROUP, "amplitudes", part, shape)
+        if single:
+            with np.errstate(over="ignore"):
+                found = finite_array(GROUP, "amplitudes", found.astype(np.float32), shape)
+        checked.append(found)
+    if copies is None:
+        return checked[0]
+    joined = checked[0] + 1j * checked[1]
+    joined.setflags(write=False)
+    return joined
 
 
 def _wholes(name: str, value: Any, shape: tuple[int | None, ...], limit: int) -> IntArray:

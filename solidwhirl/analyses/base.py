@@ -141,6 +141,9 @@ class Engine:
     analyses: Mapping[str, Analysis]
     #: Makes the recovery of a body by its name (`reduction.recovery.stresses`)
     recoveries: Callable[[str], Any]
+    #: Makes what cyclic indices of a body are reduced from, by its name
+    #: (`solidwhirl.analyses.nodal_diameters.results.CyclicSource`)
+    cyclic: Callable[[str], Any]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -10,6 +10,7 @@ from solidwhirl.analyses.base import Analysis
 from solidwhirl.analyses.kinds.bearing_laws import BearingLawsSpec
 from solidwhirl.analyses.kinds.critical_speed_map import CriticalSpeedMapSpec
 from solidwhirl.analyses.kinds.mode_shapes import ModeShapesSpec
+from solidwhirl.analyses.kinds.nodal_diameters import NodalDiametersSpec
 from solidwhirl.analyses.kinds.place_map import PlaceMapSpec
 from solidwhirl.analyses.kinds.rotating_campbell import RotatingCampbellSpec
 from solidwhirl.analyses.kinds.run_up import RunUpSpec
@@ -34,7 +35,8 @@ AnalysisSpec = Annotated[
     | BearingLawsSpec
     | RunUpSpec
     | StateSpaceSpec
-    | RecoverySpec,
+    | RecoverySpec
+    | NodalDiametersSpec,
     Field(discriminator="kind"),
 ]
 

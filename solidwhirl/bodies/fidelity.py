@@ -26,14 +26,15 @@ def chosen_level(scene: Scene, bodies: Mapping[str, Body]) -> str:
     """Choose the cheapest level that is accurate enough, where the scene says "auto".
 
     Beams cost milliseconds and tell their own error; where that is not good enough, the harmonic
-    level is at least as accurate as a solid mesh for every body of revolution, and cheaper.
+    level is at least as accurate as a solid mesh for every body of revolution, and cheaper. Bodies
+    with features are solids wherever others are not, and beams are not tried beside them.
     """
     model = scene.model
     if model.level != "auto":
         return model.level
     given = (model.order, model.size_m, model.corner_size_m, model.growth)
     # beams can't be tried in an engine with meshes before these are reduced, and hold no stress
-    meshed = scene.mesh_bodies or meshes_for(scene)
+    meshed = scene.mesh_bodies or meshes_for(scene) or any(b.features for b in bodies.values())
     wanted = model.estimates == "on" and model.accuracy >= _COARSE_ENOUGH and not meshed
     if bodies and wanted and given == (None,) * 4 and _beams_suffice(scene, bodies):
         return "beam"

@@ -12,12 +12,13 @@ import numpy as np
 from solidwhirl.core.displays import indented
 from solidwhirl.core.reduction_work import ReductionWork
 from solidwhirl.core.versions import package_versions
-from solidwhirl.geometry import Body, MassProperties, mass_properties
-from solidwhirl.meshing import LocalSize, Mesh, MeshSize, mesh_meridian, mesh_solid
+from solidwhirl.geometry import Body, MassProperties, has_stages, mass_properties
+from solidwhirl.meshing import LocalSize, Mesh, MeshSize, mesh_meridian, mesh_revolved
 from solidwhirl.meshing.imported.records import MeshedBody
+from solidwhirl.meshing.own.joined import mesh_joined
+from solidwhirl.meshing.own.sector import mesh_sector
 from solidwhirl.model.mesh_bodies import made_mesh
 from solidwhirl.model.plan_records import BodyPlan, Plan
-from solidwhirl.model.resolution import is_adapted
 from solidwhirl.rotordyn import Superelement
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.speeds_asked import top_speed_text
@@ -106,7 +107,7 @@ def first_discretisation(scene: Scene, plan: Plan, name: str) -> Discretisation:
         local=None,
         modes=given or (max(_FIRST_MODES, shown) if estimated else _MODES_UNSEEN),
         speeds_between_rad_s=(),
-        mesh_fixed=not is_adapted(own.level, model),
+        mesh_fixed=not own.resolution.is_adapted,
         modes_fixed=given is not None or not estimated,
     )
 
@@ -138,9 +139,11 @@ def mesh_body(
         return before.mesh
     if isinstance(body, MeshedBody):
         return made_mesh(body)
-    if level == "solid":
-        return mesh_solid(body, chosen.size)
-    return mesh_meridian(body, chosen.size, chosen.local)
+    if level == "harmonic":
+        return mesh_meridian(body, chosen.size, chosen.local)
+    if has_stages(body):
+        return mesh_joined(body, chosen.size)
+    return (mesh_sector if body.features else mesh_revolved)(body, chosen.size, chosen.local)
 
 
 def reduce_meshed(
@@ -196,7 +199,8 @@ def request_of(
     from solidwhirl.reduction import ReductionRequest
 
     own = plan.bodies[body.name]
-    estimates = ("mode_truncation", "mesh") if own.level == "harmonic" else ("mode_truncation",)
+    whole = None in own.solved_orders
+    estimates = ("mode_truncation",) if whole else ("mode_truncation", "mesh")
     return ReductionRequest(
         level=own.level,
         orders=own.orders,
@@ -210,6 +214,7 @@ def request_of(
         speeds_between_rad_s=chosen.speeds_between_rad_s,
         estimates=estimates if scene.model.estimates == "on" else (),
         solver=own.solver,
+        neighbours=scene.model.stage_joints == "neighbours",
         spin_tolerance=0.0 if chosen.modes_fixed else _SPIN_SHARE * scene.model.accuracy,
     )
 
@@ -219,15 +224,14 @@ def solver_text(plan: BodyPlan, mesh: Mesh | None, comm: Any) -> str:
 
     `mesh`: on rank 0 of the communicator. `comm`: communicator; every rank of it must call.
     """
-    if plan.level != "solid" or plan.solver == "direct":
+    if None not in plan.solved_orders or plan.solver == "direct":
         return ""
     if plan.solver == "iterative":
         return ", iteratively as the scene says"
     from solidwhirl.reduction import expected_factor
 
-    halved = plan.orders == (1,) and plan.shape == "quartered"
     nodes = comm.bcast(0 if mesh is None else len(mesh.points))
-    found = expected_factor(3 * nodes // (1 + halved), comm)
+    found = expected_factor(3 * nodes, comm)
     if found.fits or found.available_bytes is None:
         return ""
     return (
@@ -258,6 +262,7 @@ def _provenance(
             "growth": mesh.size.growth,
             "follows_error_estimate": chosen.local is not None,
             "minimum_scaled_jacobian": mesh.quality.minimum_scaled_jacobian,
+            "sectors": None if mesh.sector is None else mesh.sector.count,
         },
         "element_order": chosen.degree,
         "modes": chosen.modes,

@@ -18,7 +18,7 @@ import numpy as np
 from solidwhirl.bodies.contributions import AskedModes, Contributions, error_contributions
 from solidwhirl.bodies.reduction import BodyResult, Discretisation
 from solidwhirl.geometry import Body
-from solidwhirl.meshing import refined_size
+from solidwhirl.meshing import meridian_errors, refined_size
 from solidwhirl.model.plan_records import Plan
 from solidwhirl.rotordyn import AssembledSystem
 from solidwhirl.rotordyn.core.arrays import FloatArray
@@ -66,8 +66,8 @@ def next_discretisations(
     estimate = float(found.total.max(initial=0.0))
     changed: dict[str, Discretisation] = {}
     refined: list[str] = []
-    # the mesh of a solid is compared when its basis is done, and has its share to come
-    compared = any(plan.bodies[name].level == "solid" for name in results)
+    # the mesh of a STEP file is compared when its basis is done, and has its share to come
+    compared = any(None in plan.bodies[name].solved_orders for name in results)
     if estimate > scene.model.accuracy * (_SHARES["mode_truncation"] if compared else 1.0):
         for name, result in results.items():
             chosen, what = _refined(scene, plan, found, result)
@@ -272,14 +272,16 @@ def _finer_mesh(
     indicators = result.work.indicators
     assert indicators is not None
     parts = [element_errors(own, tuple(samples)) for own in indicators()]
-    errors, points, triangles = np.sum([p[0] for p in parts], axis=0), *parts[0][1:]
+    errors, points, cells = np.sum([p[0] for p in parts], axis=0), *parts[0][1:]
     errors = errors * (float(share.max()) / errors.sum())
+    if cells.shape[1] == 4:
+        points, cells, errors = meridian_errors(points, cells, errors)
     assert isinstance(result.body, Body)  # given meshes are fixed
     local = refined_size(
         result.body,
         chosen.size,
         points,
-        triangles,
+        cells,
         errors,
         degree=chosen.degree,
         target=target,

@@ -56,6 +56,15 @@ def whirl_text(whirl: str | None) -> str:
     return f"{WHIRL_SIGNS.get(whirl or 'planar', WHIRL_SIGNS['planar'])} {whirl or 'none'}"
 
 
+def margin_words(margin: float) -> str:
+    """Return (N_c − N_op) / N_op in words, such as "66.3 % below", or "inside"."""
+    if margin == 0.0:
+        return "inside"
+    size = 100.0 * abs(margin)
+    said = f"{size:.1f}" if round(size, 1) > 0.0 else "less than 0.1"
+    return f"{said} % {'above' if margin > 0.0 else 'below'}"
+
+
 def warning(lines: Sequence[str]) -> list[Text]:
     """Return lines in a box; nothing where there are none."""
     said = "\n".join(f"- {line}" for line in lines)

@@ -50,6 +50,11 @@ def _pair(value: Any) -> Any:
     return (value, value) if isinstance(value, int | float) else value
 
 
+def several(value: Any) -> Any:
+    """A number stands for a list of one."""
+    return (value,) if isinstance(value, int | float) else value
+
+
 def _matrix(value: Any) -> Any:
     """A number k is k·I, a pair (kx, ky) is diagonal, a 2×2 list stands for itself."""
     if isinstance(value, int | float):
@@ -121,6 +126,17 @@ Radii = Annotated[
     tuple[NotNegative, NotNegative],
     BeforeValidator(_pair),
     WithJsonSchema({"anyOf": [{**_ANY, "minimum": 0}, _TWO]}),
+]
+PositiveEnds = Annotated[
+    tuple[Positive, Positive],
+    BeforeValidator(_pair),
+    WithJsonSchema({"anyOf": [{**_ANY, "exclusiveMinimum": 0}, _TWO]}),
+]
+_Stagger = Annotated[float, Field(gt=-90, lt=90, allow_inf_nan=False, strict=True)]
+StaggerEnds = Annotated[
+    tuple[_Stagger, _Stagger],
+    BeforeValidator(_pair),
+    WithJsonSchema({"anyOf": [{**_ANY, "exclusiveMinimum": -90, "exclusiveMaximum": 90}, _TWO]}),
 ]
 Matrix = Annotated[
     tuple[tuple[Finite, Finite], tuple[Finite, Finite]],

@@ -6,7 +6,7 @@ from __future__ import annotations
 MACHINE = "AMD EPYC, 2 cores, 24 GiB, one thread"
 GFLOPS, GBYTES_PER_S = 43.5, 46.13
 #: Largest number of unknowns measured, by level; beyond it the laws are extrapolated.
-LARGEST = {"harmonic": 62451, "solid": 166995}
+LARGEST = {"harmonic": 62451, "revolved": 62451, "solid": 166995}
 #: Seconds to import the solvers and memory of the program with them [GiB].
 IMPORT_S, BASE_GIB = 0.7088, 0.142
 #: "level.order.stage": seconds at 1e5 unknowns and 10 columns, powers of unknowns and columns.
@@ -31,6 +31,20 @@ LAWS: dict[str, tuple[float, float, float]] = {
     "harmonic.4.static_solutions": (0.1004, 1.06, 0.5766),
     "harmonic.5.factorisation": (1.425, 1.29, 0),
     "harmonic.5.static_solutions": (0.09065, 1.053, 0.6989),
+    "revolved.2.assembly": (0.2018, 0.95, 0),
+    "revolved.2.eigensolutions": (0.4311, 1.021, 0.3763),
+    "revolved.2.estimate": (1.626, 1.077, 0.84),
+    "revolved.2.factorisation": (0.8684, 1.297, 0),
+    "revolved.2.projection": (0.4282, 1.01, 0.833),
+    "revolved.2.static_solutions": (0.1186, 1.13, 0.5806),
+    "revolved.3.assembly": (0.2204, 0.95, 0),
+    "revolved.3.eigensolutions": (0.5057, 1.112, 0.4342),
+    "revolved.3.estimate": (2.048, 1.074, 0.7569),
+    "revolved.3.factorisation": (0.9541, 1.293, 0),
+    "revolved.3.projection": (0.7301, 1.152, 0.7681),
+    "revolved.3.static_solutions": (0.09954, 1.126, 0.5848),
+    "revolved.5.factorisation": (1.425, 1.29, 0),
+    "revolved.5.static_solutions": (0.09065, 1.053, 0.6989),
     "solid.2.assembly": (0.543, 1.021, 0),
     "solid.2.eigensolutions": (0.6951, 1.163, 2),
     "solid.2.estimate": (0.2771, 1.3, 1),
@@ -41,6 +55,7 @@ LAWS: dict[str, tuple[float, float, float]] = {
 #: Level: seconds per mesh, per cell, and per cell and graded place.
 MESHING: dict[str, tuple[float, float, float]] = {
     "harmonic": (0.01023, 8.504e-05, 2.136e-06),
+    "revolved": (0.01023, 4e-05, 1e-06),
     "solid": (0.07807, 5.789e-05, 3.001e-06),
 }
 #: "level.order.what": GiB at 1e5 unknowns, its power, and copies of the columns of the basis.
@@ -51,7 +66,11 @@ MEMORY: dict[str, tuple[float, float, float]] = {
     "harmonic.3.reduction": (0.9177, 1, 5.346),
     "harmonic.4.estimate": (2.239, 1, 48.17),
     "harmonic.4.reduction": (1.136, 1, 4.818),
-    "solid.2.reduction": (0.2032, 1.1, 26.03),
+    "revolved.2.estimate": (1.758, 1, 65.97),
+    "revolved.2.reduction": (0.7422, 1, 5.63),
+    "revolved.3.estimate": (1.922, 1, 53.6),
+    "revolved.3.reduction": (0.9177, 1, 5.346),
+    "solid.2.reduction": (0.4356, 1.1, 26.03),
 }
 #: Seconds a + c (n/100)³: a speed of the Campbell diagram, and all critical speeds.
 ENGINE: dict[str, tuple[float, float]] = {

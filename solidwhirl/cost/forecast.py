@@ -21,9 +21,9 @@ from solidwhirl.cost.memory import refuse_what_does_not_fit, with_chosen_solvers
 from solidwhirl.cost.work import Cost, RunCost, predict_body_cost, predict_cost
 from solidwhirl.geometry import Body
 from solidwhirl.meshing.imported.records import MeshedBody
-from solidwhirl.meshing.own.prediction import predict_refined
+from solidwhirl.meshing.own.prediction import PredictedMesh, predict_refined, predict_revolved
 from solidwhirl.model.plan_records import Plan
-from solidwhirl.model.resolution import choose_resolution, is_adapted
+from solidwhirl.model.resolution import choose_resolution
 from solidwhirl.scene.records import Scene
 
 _HEAD = ("what", "unknowns", "predicted s", "predicted GiB")
@@ -94,9 +94,9 @@ def forecast(
     rule = scene.model.model_copy(update={"estimates": "off"})
     finer = {}
     for name, own in plan.bodies.items():
-        if own.resolution is not None and is_adapted(own.level, scene.model):
+        if own.resolution is not None and own.resolution.is_adapted:
             body = bodies[name]
-            assert isinstance(body, Body)  # meshes of their own are solids
+            assert isinstance(body, Body)  # given meshes are not adapted
             wanted = choose_resolution(body, own.level, rule)
             if wanted.size.corner_size_m < own.resolution.size.corner_size_m:
                 resolution = replace(wanted, degree=own.resolution.degree)
@@ -146,7 +146,7 @@ def shortage_of(
                 modes=chosen.modes,
                 estimates=scene.model.estimates == "on",
                 machine=machine,
-                mesh=None if chosen.local is None else predict_refined(chosen.local),
+                mesh=_refined(plan.bodies[name].level, chosen),
             )
             for name, chosen in todo.items()
         ]
@@ -163,6 +163,14 @@ def shortage_of(
         return f"the next round needs about {needed:.2g} GiB, {max(left, 0.0):.2g} GiB are left"
 
     return shortage
+
+
+def _refined(level: str, chosen: Discretisation) -> PredictedMesh | None:
+    """The next mesh of a body as expected; None: that of its plan."""
+    if chosen.local is None:
+        return None
+    meridian = predict_refined(chosen.local)
+    return meridian if level == "harmonic" else predict_revolved(meridian)
 
 
 def forecast_document(found: Forecast) -> dict[str, Any]:

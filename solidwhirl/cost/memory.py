@@ -33,8 +33,8 @@ def refuse_what_does_not_fit(
     """Refuse bodies whose reduction needs more memory than is available, before they are meshed.
 
     `model`: the scene's, for the mesh of another level. Raises MemoryShortageError with what is
-    needed and available, and what would fit: without the estimate of the mesh's error, the
-    iterative solver, another element order, a coarser mesh, another level.
+    needed and available, and what would fit: without the estimate of the mesh's error, another
+    element order, a coarser mesh, another level.
     """
     for name, body in bodies.items():
         plan = plans[name]
@@ -94,10 +94,8 @@ def _alternatives(
     resolution = resolution_of(plan)
     size, solid = resolution.size, plan.level == "solid"
     tried: list[list[tuple[str, BodyPlan]]] = []
-    if estimates and not solid:
+    if estimates:
         tried.append([("estimates = 'off'", plan)])
-    if solid and plan.solver == "direct":
-        tried.append([("solver = 'iterative'", replace(plan, solver="iterative"))])
     lower = range(resolution.degree - 1, _LOWEST_ORDER - 1, -1)
     tried.append(
         [(f"order = {d}", replace(plan, resolution=replace(resolution, degree=d))) for d in lower]
@@ -109,7 +107,7 @@ def _alternatives(
         what = f"size_m = {larger.size_m:.3g} with corner_size_m = {larger.corner_size_m:.3g}"
         coarser = replace(plan, resolution=replace(resolution, size=larger))
         tried[-1].append((what, coarser))
-    if solid:
+    if solid and not body.features:
         tried.append([("level = 'harmonic'", _harmonic(body, plan, model))])
     for options in tried:
         for what, other in options:
@@ -121,14 +119,5 @@ def _alternatives(
 
 
 def _harmonic(body: Body, plan: BodyPlan, model: ModelSpec) -> BodyPlan:
-    """The same body on its meridian; the counts of a solid are near enough."""
-    problems = len(plan.orders)
-    return replace(
-        plan,
-        level="harmonic",
-        solver="direct",
-        resolution=choose_resolution(body, "harmonic", model),
-        matrices=plan.matrices * problems,
-        factorisations=plan.factorisations * problems,
-        eigenproblems=plan.eigenproblems * problems,
-    )
+    """The same body on its meridian; the counts of a sector are near enough."""
+    return replace(plan, level="harmonic", resolution=choose_resolution(body, "harmonic", model))

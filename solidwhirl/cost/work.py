@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -19,7 +18,7 @@ from solidwhirl.cost import coefficients as measured
 from solidwhirl.cost.solver_coefficients import LARGEST, MODES, SOLVERS
 from solidwhirl.geometry import Body
 from solidwhirl.meshing.imported.records import MeshedBody
-from solidwhirl.meshing.own.prediction import PredictedMesh, predict_mesh
+from solidwhirl.meshing.own.prediction import MeshKind, PredictedMesh, predict_mesh
 from solidwhirl.model.imported_bodies import imported_element
 from solidwhirl.model.plan_records import BodyPlan, Plan
 from solidwhirl.model.resolution import Resolution
@@ -42,9 +41,6 @@ STAGES = (
 )
 _UNKNOWNS, _COLUMNS, _COORDINATES = 1e5, 10.0, 100.0
 _AXIAL = ("uz", "rz")
-# Part of a solid's unknowns that is left by its symmetry: all motions, lateral motion alone, and
-# the centrifugal field.
-_ALL, _LATERAL, _CENTRIFUGAL = 1.0, 0.5, 0.25
 # What each circumferential order leaves in memory while the next one is solved.
 _KEPT = 0.5
 # Beams: some milliseconds, whatever they are, and making their variants.
@@ -105,24 +101,24 @@ def predict_body_cost(
     """Predict what meshing and reducing one body costs.
 
     `modes`: fixed-interface modes per order, pairs counted once; `estimates`: whether errors are
-    estimated, that of the mesh on the harmonic level only; `mesh`: None for that of the plan.
+    estimated, that of the mesh of meridians and sectors only; `mesh`: None for that of the plan.
 
     One mesh and one reduction: if the mesh follows its error estimate, each round costs that of its
     own mesh, and this is the first.
     """
     if plan.level == "beam" and isinstance(body, Body):
         return _beam_cost(body, plan, modes)
-    dimension = 3 if plan.level == "solid" else 2
+    kind = _mesh_kind(body, plan)
     if isinstance(body, MeshedBody):
         mesh = body.expected
     elif mesh is None:
-        mesh = predict_mesh(body, resolution_of(plan).size, dimension)
-    problems = [_problem(plan, order, modes) for order in _orders(plan)]
+        mesh = predict_mesh(body, resolution_of(plan).size, kind)
+    problems = [_problem(plan, order, modes) for order in plan.solved_orders]
     factor = 1.0 / machine.relative_to(REFERENCE_MACHINE)
     given = isinstance(body, MeshedBody) and body.request.step is None
-    seconds = {} if given else {"meshing": _meshing_s(plan.level, mesh)}
+    seconds = {} if given else {"meshing": _meshing_s(kind, mesh)}
     for problem in problems:
-        for stage, spent in _problem_s(plan, mesh, problem, len(problems), estimates).items():
+        for stage, spent in _problem_s(kind, plan, mesh, problem, estimates).items():
             seconds[stage] = seconds.get(stage, 0.0) + spent
     solved = mesh.unknowns(resolution_of(plan).degree)
     return Cost(
@@ -131,8 +127,8 @@ def predict_body_cost(
         seconds={stage: factor * seconds[stage] for stage in STAGES if stage in seconds},
         peak_memory_gib=measured.BASE_GIB
         + (1.0 + _KEPT * (len(problems) - 1))
-        * max(_memory_gib(plan, solved, p, estimates) for p in problems),
-        extrapolated=solved > measured.LARGEST[plan.level],
+        * max(_memory_gib(kind, plan, mesh, p, estimates) for p in problems),
+        extrapolated=solved > measured.LARGEST[kind],
     )
 
 
@@ -197,19 +193,22 @@ def resolution_of(plan: BodyPlan) -> Resolution:
     return plan.resolution
 
 
+def _mesh_kind(body: Body | MeshedBody, plan: BodyPlan) -> MeshKind:
+    """Kind of mesh, by which the laws of the cost differ."""
+    if plan.level == "harmonic":
+        return "harmonic"
+    return "solid" if isinstance(body, MeshedBody) or body.features else "revolved"
+
+
 @dataclass(frozen=True, kw_only=True)
 class _Problem:
-    """One circumferential order (None: the solid): sizes of what is solved per family."""
+    """One circumferential order or index (None: the whole solid): sizes of what is solved."""
 
+    order: int | None
     families: int
     interface_columns: int
     columns: int
     pairs: int
-    share: float
-
-
-def _orders(plan: BodyPlan) -> tuple[int | None, ...]:
-    return (None,) if plan.level == "solid" else plan.orders
 
 
 def _problem(plan: BodyPlan, order: int | None, modes: int) -> _Problem:
@@ -223,60 +222,54 @@ def _problem(plan: BodyPlan, order: int | None, modes: int) -> _Problem:
     else:
         interface, families = (len(carried) - sum(c in _AXIAL for c in carried)) // 2, 2
         kept, pairs = modes, modes + 2
-    halved = order is None and plan.orders == (1,) and plan.shape == "quartered"
-    share = _LATERAL if halved else _ALL
-    speeds = plan.eigenproblems // len(_orders(plan))
+    speeds = plan.eigenproblems // len(plan.solved_orders)
     return _Problem(
+        order=order,
         families=families,
         interface_columns=interface,
         columns=2 * interface + speeds * kept,
         pairs=pairs,
-        share=share,
     )
 
 
 def _problem_s(
-    plan: BodyPlan, mesh: PredictedMesh, problem: _Problem, problems: int, estimates: bool
+    kind: MeshKind, plan: BodyPlan, mesh: PredictedMesh, problem: _Problem, estimates: bool
 ) -> dict[str, float]:
     """Reference seconds of one circumferential order, by stage."""
-    key = f"{plan.level}.{resolution_of(plan).degree}"
+    key, problems = f"{kind}.{resolution_of(plan).degree}", len(plan.solved_orders)
     unknowns = mesh.unknowns(resolution_of(plan).degree)
-    solved = problem.share * unknowns
     eigen = plan.eigenproblems // problems
     # the first of several is that of the centrifugal field
     static = int(plan.factorisations // problems > 1)
-    held = plan.factorisations // problems - static
-    quartered = plan.level == "solid" and plan.shape == "quartered"
     iterative = plan.solver == "iterative"
-    field = (_CENTRIFUGAL if quartered else _ALL) * unknowns
     if iterative:
-        once = partial(_solver, "iterative.setup_s")
-        modes_s = problem.pairs / MODES * _solver("iterative.modes_s", solved)
+        once = _solver("iterative.setup_s", unknowns)
+        modes_s = problem.pairs / MODES * _solver("iterative.modes_s", unknowns)
     else:
-        once = partial(_law, f"{key}.factorisation")
-        modes_s = _law(f"{key}.eigensolutions", solved, problem.pairs)
+        once = _law(f"{key}.factorisation", unknowns)
+        modes_s = _law(f"{key}.eigensolutions", unknowns, problem.pairs)
     out = {
         "assembly": plan.matrices / problems * _law(f"{key}.assembly", unknowns),
-        "factorisations": held * once(solved) + static * once(field),
-        "static_solutions": _solutions(key, solved, 2 * problem.interface_columns, iterative)
-        + static * _solutions(key, field, 1, iterative),
+        "factorisations": plan.factorisations / problems * once,
+        "static_solutions": _solutions(key, unknowns, 2 * problem.interface_columns, iterative)
+        + static * _solutions(key, unknowns, 1, iterative),
         "eigensolutions": eigen * modes_s,
         "projection": _law(f"{key}.projection", unknowns, problem.columns),
     }
     if estimates:
-        out["error_estimate"] = _estimate_s(plan, mesh, problem)
+        out["error_estimate"] = _estimate_s(key, plan, mesh, problem)
     return out
 
 
-def _estimate_s(plan: BodyPlan, mesh: PredictedMesh, problem: _Problem) -> float:
+def _estimate_s(key: str, plan: BodyPlan, mesh: PredictedMesh, problem: _Problem) -> float:
     """Seconds of the residual solves, and of the mesh with elements one order higher."""
     degree = resolution_of(plan).degree
-    key, finer = f"{plan.level}.{degree}", f"{plan.level}.{degree + 1}"
-    residuals = 3 * problem.columns
-    solved = problem.share * mesh.unknowns(degree)
+    finer = f"{key.partition('.')[0]}.{degree + 1}"
+    finer = finer if f"{finer}.factorisation" in measured.LAWS else key
+    residuals, solved = 3 * problem.columns, mesh.unknowns(degree)
     spent = _solutions(key, solved, residuals, plan.solver == "iterative")
-    if plan.level != "harmonic":
-        return spent + _law(f"{key}.estimate", mesh.unknowns(degree), problem.columns)
+    if problem.order is None:
+        return spent + _law(f"{key}.estimate", solved, problem.columns)
     unknowns = mesh.unknowns(degree + 1)
     return (
         spent
@@ -312,26 +305,32 @@ def _solver(name: str, unknowns: float) -> float:
     return float(known * max(unknowns / LARGEST, 1.0) ** (0.5 * (power + theory)))
 
 
-def _meshing_s(level: str, mesh: PredictedMesh) -> float:
+def _meshing_s(kind: MeshKind, mesh: PredictedMesh) -> float:
     """Seconds of the mesher; every graded place is looked at for every element."""
-    once, cell, place = measured.MESHING[level]
+    once, cell, place = measured.MESHING[kind]
     return once + mesh.cells * (cell + place * mesh.graded_places)
 
 
-def _memory_gib(plan: BodyPlan, unknowns: int, problem: _Problem, estimates: bool) -> float:
+def _memory_gib(
+    kind: MeshKind, plan: BodyPlan, mesh: PredictedMesh, problem: _Problem, estimates: bool
+) -> float:
     """Memory of one order beyond the program: matrices and factors, vectors of the basis."""
-    what = "estimate" if estimates and plan.level == "harmonic" else "reduction"
-    gib, power, copies = measured.MEMORY[f"{plan.level}.{resolution_of(plan).degree}.{what}"]
-    # solids were measured for lateral motion
-    size = unknowns * (problem.share / _LATERAL if plan.level == "solid" else 1.0)
-    vectors = 8.0 * unknowns * problem.columns / 1024.0**3
-    own = gib * (size / _UNKNOWNS) ** power
-    if plan.level == "solid":
-        # the solver alone was measured up to larger sizes
-        solver = "iterative" if plan.solver == "iterative" else "direct"
-        alone = _solver(f"{solver}.memory_gib", problem.share * unknowns)
+    degree = resolution_of(plan).degree
+    finer, unknowns = estimates and problem.order is not None, mesh.unknowns(degree)
+    if kind == "solid":
+        # the solver alone was measured up to larger sizes; a sector's estimate is of one order more
+        gib, power, copies = measured.MEMORY[f"{kind}.{degree}.reduction"]
+        alone = _solver(
+            f"{'iterative' if plan.solver == 'iterative' else 'direct'}.memory_gib",
+            mesh.unknowns(degree + finer),
+        )
+        own = gib * (unknowns / _UNKNOWNS) ** power
         own = alone if plan.solver == "iterative" else max(own, alone)
-    return float(own + copies * vectors)
+    else:
+        what = "estimate" if finer else "reduction"
+        gib, power, copies = measured.MEMORY[f"{kind}.{degree}.{what}"]
+        own = gib * (unknowns / _UNKNOWNS) ** power
+    return float(own + copies * 8.0 * unknowns * problem.columns / 1024.0**3)
 
 
 def _beam_cost(body: Body, plan: BodyPlan, modes: int) -> Cost:

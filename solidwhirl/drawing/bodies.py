@@ -265,7 +265,8 @@ def _between_loops(surface: Surface) -> FloatArray:
 
 def _seen_from_the_side(surface: Surface) -> FloatArray:
     """Outline of a solid seen along y: least and largest x by slices of z."""
-    corners = surface.points_m[surface.cells]
+    faces = surface.faces(0)
+    corners = faces.points_m[faces.triangles]
     x, z = corners[:, :, 0], corners[:, :, 2]
     places = np.linspace(z.min(), z.max(), _PLACES)
     first = np.searchsorted(places, z.min(axis=1), side="right") - 1

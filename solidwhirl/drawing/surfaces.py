@@ -25,7 +25,7 @@ from solidwhirl.rotordyn.superelement.validation import MOTIONS
 
 # Turn [rad] at a corner of an outline; pieces along one that is turned about the axis.
 _CORNER, _STEPS = 0.12, 60
-# Points of a solid's surface.
+# Points of the surface of a whole solid.
 MOST_POINTS = 2500
 # Half the thickness of a rigid disk over its radius, as no scene tells it.
 _FLAT = 0.06
@@ -87,7 +87,7 @@ def thinned(surface: Surface, spacing_m: float) -> Surface:
 
     Points along the outline of a meridian are at most so far apart.
     """
-    if surface.kind == "solid":
+    if surface.kind != "meridian":
         return _clustered(surface)
     chains = outline_chains(surface.cells)
     kept: list[IntArray] = [
@@ -120,9 +120,10 @@ def _kept_of_chain(points: FloatArray, spacing: float) -> IntArray:
 
 
 def _clustered(surface: Surface) -> Surface:
-    """A solid's surface with one point for each small box that has some."""
-    points = surface.points_m
-    if len(points) <= MOST_POINTS:
+    """The surface of a whole solid with one point for each small box that has some."""
+    faces = surface.faces(0)
+    points = faces.points_m
+    if surface.kind == "solid" and len(points) <= MOST_POINTS:
         return surface
     low, size = points.min(axis=0), float(np.ptp(points, axis=0).max())
     box = size / 400.0
@@ -132,8 +133,10 @@ def _clustered(surface: Surface) -> Surface:
         if first.size <= MOST_POINTS:
             break
         box *= 1.12
-    cells = group.reshape(-1)[surface.cells]
+    cells = group.reshape(-1)[faces.triangles]
     flat = (cells == np.roll(cells, 1, axis=1)).any(axis=1)
+    if surface.kind == "sector":
+        return surface.as_solid(first, cells[~flat])
     return replace(
         surface,
         points_m=points[first],

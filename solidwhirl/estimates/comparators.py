@@ -1,10 +1,8 @@
 """Other models of the same engine, whose results differ from its own by an error to be estimated.
 
-Harmonic bodies carry error forms and need none of these. A solid mesh is held against the harmonic
-level, on meridian elements of the same sizes (what is left is the circumference) and on ones fine
-enough for the accuracy; a mesh made of a STEP file against a coarser one; beams against other beams
-of the same profile; and how interfaces are coupled, which is a choice of the model, against the
-other choice.
+Meridians and sectors carry error forms and need none of these. A whole mesh made of a STEP file is
+held against a coarser one; beams against other beams of the same profile; and how interfaces are
+coupled, which is a choice of the model, against the other choice.
 """
 
 from __future__ import annotations
@@ -21,20 +19,16 @@ from solidwhirl.bodies.reduction import (
     mesh_body,
     reduce_meshed,
 )
-from solidwhirl.bodies.refinement import Judgement, next_discretisations, rounds_of
-from solidwhirl.cost.forecast import shortage_of
 from solidwhirl.geometry import Body, GeometryError, Interface
 from solidwhirl.meshing import MeshingError
 from solidwhirl.meshing.imported.records import MeshedBody
 from solidwhirl.model.effects import make_plan
 from solidwhirl.model.mesh_bodies import described, made_mesh
-from solidwhirl.model.plan_records import Plan
+from solidwhirl.model.plan_records import BodyPlan, Plan
 from solidwhirl.rotordyn import AssembledSystem, Superelement
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import places_of_joints
 
-# The fine reference of a solid is this much more accurate than what is asked of the solid.
-_FINER = 0.2
 # Accuracy of the pair of models that tell what the coupling of the interfaces does.
 _COARSE = 1e-2
 # Elements of the coarser mesh of a STEP file over those of the own, and the slowest rate at which
@@ -57,44 +51,6 @@ class Comparison(NamedTuple):
     first_elements: Mapping[str, Superelement]
     second_elements: Mapping[str, Superelement]
     safety: float = 1.0
-
-
-def solid_comparisons(
-    scene: Scene,
-    plan: Plan,
-    solids: Mapping[str, BodyResult],
-    elements: Mapping[str, Superelement],
-    assemble: Assemble,
-) -> tuple[Comparison, ...]:
-    """Compare the bodies of the solid level with the harmonic level.
-
-    `elements`: all bodies of the engine; `assemble` makes the engine of elements. Returns parts
-    "circumferential" (own against harmonic elements of the same sizes and number of modes) and
-    "mesh" (those against a finer mesh, whose own estimate is to be added).
-    """
-    if not solids:
-        return ()
-    same_scene = _at_level(scene, "harmonic", scene.model.accuracy)
-    bodies = {name: r.body for name, r in solids.items() if isinstance(r.body, Body)}
-    same_plan = make_plan(same_scene, bodies)
-    same = {}
-    for name, result in solids.items():
-        own = result.discretisation
-        chosen = replace(own, mesh_fixed=True, modes_fixed=True)
-        same[name] = _reduced(same_scene, same_plan, bodies[name], chosen).element
-    fine = _within_accuracy(
-        _at_level(scene, "harmonic", max(_FINER * scene.model.accuracy, 1e-5)),
-        bodies,
-        elements,
-        assemble,
-    )
-    like_own = assemble({**elements, **same})
-    finer = assemble({**elements, **fine})
-    own_elements = {name: result.element for name, result in solids.items()}
-    return (
-        Comparison("circumferential", None, like_own, own_elements, same),
-        Comparison("mesh", like_own, finer, same, fine),
-    )
 
 
 def beam_comparison(
@@ -121,8 +77,9 @@ def coupling_comparison(
 ) -> tuple[Comparison, ...]:
     """Compare rigid with distributing coupling of the interfaces that joints act on.
 
-    Part "interface_coupling", on the harmonic level and on coarse meshes; empty where no joint acts
-    on a meshed body, or the other coupling can not be had (surfaces that touch).
+    Part "interface_coupling", on the harmonic level, on coarse meshes and without blades, holes and
+    slots; empty where no joint acts on a meshed body, or the other coupling can not be had
+    (surfaces that touch).
     """
     joints, looked_at = places_of_joints(scene), _places_of_responses(scene)
     as_is, flipped = {}, {}
@@ -133,8 +90,8 @@ def coupling_comparison(
         kept = tuple(i for i in body.interfaces if i in (*used, *seen) or i.coupling == "rigid")
         if used:
             other = tuple(_flipped(i) if i in used else i for i in kept)
-            as_is[name] = replace(body, interfaces=kept)
-            flipped[name] = replace(body, interfaces=other)
+            as_is[name] = replace(body, features=(), interfaces=kept)
+            flipped[name] = replace(as_is[name], interfaces=other)
     if not flipped:
         return ()
     coarse = _at_level(scene, "harmonic", _COARSE)
@@ -190,53 +147,19 @@ def _at_level(scene: Scene, level: str, accuracy: float) -> Scene:
     return scene.model_copy(update={"model": model, "bodies": bodies})
 
 
-def _reduced(
-    scene: Scene,
-    plan: Plan,
-    body: Body,
-    chosen: Discretisation,
-    before: BodyResult | None = None,
-) -> BodyResult:
-    from mpi4py import MPI
-
-    mesh = mesh_body(body, plan.bodies[body.name].level, chosen, before)
-    result = reduce_meshed(scene, plan, body, mesh, chosen, MPI.COMM_SELF)
-    assert result is not None
-    return result
-
-
 def _unestimated(scene: Scene, plan: Plan, body: Body, chosen: Discretisation) -> Superelement:
     """The element of a body without an error estimate of its own."""
-    return _reduced(_without_estimates(scene), plan, body, chosen).element
+    from mpi4py import MPI
+
+    mesh = mesh_body(body, plan.bodies[body.name].level, chosen)
+    result = reduce_meshed(_without_estimates(scene), plan, body, mesh, chosen, MPI.COMM_SELF)
+    assert result is not None
+    return result.element
 
 
 def _without_estimates(scene: Scene) -> Scene:
     model = scene.model.model_copy(update={"estimates": "off"})
     return scene.model_copy(update={"model": model})
-
-
-def _within_accuracy(
-    scene: Scene,
-    bodies: Mapping[str, Body],
-    elements: Mapping[str, Superelement],
-    assemble: Assemble,
-) -> dict[str, Superelement]:
-    """Harmonic bodies refined until their own errors are within the accuracy."""
-    from mpi4py import MPI
-
-    plan = make_plan(scene, bodies)
-
-    def reduce_one(name: str, chosen: Discretisation, before: BodyResult | None) -> BodyResult:
-        return _reduced(scene, plan, bodies[name], chosen, before)
-
-    def judge(reduced: Mapping[str, BodyResult], _number: int) -> Judgement:
-        system = assemble({**elements, **{n: r.element for n, r in reduced.items()}})
-        return next_discretisations(scene, plan, reduced, system)
-
-    first = {name: first_discretisation(scene, plan, name) for name in bodies}
-    shortage = shortage_of(scene, plan, bodies)
-    reduced, _ = rounds_of(first, reduce_one, judge, MPI.COMM_SELF, shortage)
-    return {name: r.element for name, r in reduced.items()}
 
 
 def step_comparisons(
@@ -246,9 +169,9 @@ def step_comparisons(
     elements: Mapping[str, Superelement],
     assemble: Assemble,
 ) -> tuple[Comparison, ...]:
-    """Compare reduced bodies from STEP files with coarser meshes of themselves: part "mesh".
+    """Compare whole meshes of STEP files with coarser ones of the same body: part "mesh".
 
-    Empty where no body is from a STEP file, or no coarser mesh can be had.
+    Empty where there is none, or no coarser mesh can be had.
 
     With e ~ h^r the error of the own mesh is the difference over 1.5^r - 1 (Richardson); r is taken
     as that of the worst places, so that it is over- rather than underestimated.
@@ -256,8 +179,9 @@ def step_comparisons(
     own, coarser = {}, {}
     for name, result in results.items():
         body = result.body
-        if not isinstance(body, MeshedBody) or body.request.step is None:
+        if not is_compared(body, plan.bodies[name]):
             continue
+        assert isinstance(body, MeshedBody)
         element = _coarser(scene, plan, body, result)
         if element is not None:
             own[name], coarser[name] = result.element, element
@@ -265,6 +189,13 @@ def step_comparisons(
         return ()
     safety = 1.0 / (_COARSER**_RATE - 1.0)
     return (Comparison("mesh", None, assemble({**elements, **coarser}), own, coarser, safety),)
+
+
+def is_compared(body: Body | MeshedBody, plan: BodyPlan) -> bool:
+    """Whether the error of a body's mesh is found by comparison, after the last round."""
+    if not isinstance(body, MeshedBody) or body.request.step is None:
+        return False
+    return None in plan.solved_orders
 
 
 def _coarser(scene: Scene, plan: Plan, body: MeshedBody, result: BodyResult) -> Superelement | None:

@@ -85,6 +85,8 @@ def several_materials(scene: Scene) -> dict[str, list[str]]:
     for name, body in scene.bodies.items():
         own = [part.material for part in body.sections]
         own += [group.material for group in body.stage_groups]
+        own += [blade.material for blade in body.blades]
+        own += [g.blades.material or g.material for g in body.stage_groups if g.blades]
         found[name] = [material or body.material or "" for material in own]
     for name, mesh in scene.mesh_bodies.items():
         found[name] = list(mesh.materials.values())

@@ -13,8 +13,9 @@ from solidwhirl.scene.records import BodySpec, InterfaceSpec, Scene, StageGroupS
 def build_bodies(scene: Scene) -> dict[str, geo.Body]:
     """Make the geometry of every body of a scene.
 
-    Raises GeometryError: unknown material, a profile that is none, or interfaces that move as one;
-    the message begins with the key.
+    Raises GeometryError: unknown material, a profile that is none, interfaces that move as one,
+    features that leave no drum or are on a level that has no place for them; the message begins
+    with the key.
     """
     materials = scene_materials(scene)
     bodies = {}
@@ -25,9 +26,24 @@ def build_bodies(scene: Scene) -> dict[str, geo.Body]:
             _refuse_dependent_interfaces(
                 bodies[name], geo.merge_fillets(geo.subdivide(bodies[name]))
             )
+            if geo.has_stages(bodies[name]):
+                geo.layout_of(bodies[name])
         except geo.GeometryError as error:
             raise geo.GeometryError(clean(f"bodies.{name}: {error}")) from error
+    _refuse_features_on(scene.model.level, bodies)
     return bodies
+
+
+def _refuse_features_on(level: str, bodies: Mapping[str, geo.Body]) -> None:
+    """A meridian holds no features, and neither does a beam."""
+    for name, body in bodies.items():
+        if body.features and level in ("beam", "harmonic"):
+            first = body.features[0]
+            raise geo.GeometryError(
+                f"model.level: {level!r} is of bodies of revolution, and body {name!r} has "
+                f"{first.kind} {first.name!r}; allowed with blades, holes and slots are 'auto' and "
+                "'solid'"
+            )
 
 
 def _refuse_dependent_interfaces(body: geo.Body, subdivision: geo.Subdivision) -> None:
@@ -66,7 +82,7 @@ def known_material(
 ) -> geo.Material:
     """Return a material by its name; GeometryError names the place of one that is not there."""
     if name is None:
-        raise geo.GeometryError(f"{where}: no material; give the section or the body one")
+        raise geo.GeometryError(f"{where}: no material; give it or the body one")
     if name not in materials:
         raise geo.GeometryError(
             f"{where}: unknown material {name!r}; known are {', '.join(sorted(materials))}"
@@ -90,7 +106,30 @@ def _build_body(name: str, spec: BodySpec, materials: dict[str, geo.Material]) -
         interfaces=tuple(_interface(i) for i in spec.interfaces),
         rigid_disks=tuple(geo.RigidDisk(**d.model_dump()) for d in spec.rigid_disks),
         fillet_radius_m=spec.fillet_radius_m,
+        features=_features(spec, materials),
     )
+
+
+def _features(spec: BodySpec, materials: Mapping[str, geo.Material]) -> tuple[geo.Feature, ...]:
+    """Blades, of stages too, holes and slots of a body."""
+    features: list[geo.Feature] = []
+    for blade in spec.blades:
+        name = blade.material or spec.material
+        material = known_material(materials, name, f"blades {blade.name!r}")
+        features.append(geo.Blade(**blade.model_dump(exclude={"material"}), material=material))
+    for group in spec.stage_groups:
+        if group.blades is not None:
+            name = group.blades.material or group.material or spec.material
+            material = known_material(materials, name, f"stages {group.name!r}")
+            features += geo.stage_group_blades(
+                geo.TABLE_7[group.table],
+                geo.StageBlades(**group.blades.model_dump(exclude={"material"})),
+                material=material,
+                prefix=group.name,
+            )
+    features += [geo.Hole(**hole.model_dump()) for hole in spec.holes]
+    features += [geo.Slot(**slot.model_dump()) for slot in spec.slots]
+    return tuple(features)
 
 
 def _stages(group: StageGroupSpec, material: geo.Material) -> tuple[geo.Section, ...]:

@@ -22,7 +22,7 @@ from solidwhirl.scene_checks.interface_motions import (
     is_off_axis,
     places_of_joints,
 )
-from solidwhirl.scene_checks.recovery_references import meshes_for
+from solidwhirl.scene_checks.recovery_references import recovered_bodies
 from solidwhirl.scene_checks.speeds_asked import scene_speeds, speeds_beyond, top_speed
 
 
@@ -30,7 +30,7 @@ def make_plan(scene: Scene, bodies: Mapping[str, Body], level: str | None = None
     """Decide what a scene needs.
 
     `bodies`: its geometry (see `solidwhirl.model.bodies.build_bodies`). `level`: in the place of
-    the scene's "auto" (see `solidwhirl.bodies.fidelity`).
+    the scene's "auto" (see `solidwhirl.bodies.fidelity`), of bodies without features.
     """
     speeds = scene_speeds(scene)
     fastest = top_speed(scene)
@@ -53,7 +53,7 @@ def make_plan(scene: Scene, bodies: Mapping[str, Body], level: str | None = None
     if level is None:
         level = "harmonic" if scene.model.level == "auto" else scene.model.level
     plans = {
-        name: _body_plan(scene, body, level, top[name], on, carried)
+        name: _body_plan(scene, body, "solid" if body.features else level, top[name], on, carried)
         for name, body in bodies.items()
     }
     plans |= {
@@ -198,8 +198,7 @@ def _estimates(scene: Scene, *, meshed: bool) -> tuple[Effect, ...]:
         name="checks",
         on=meshed,
         why="every run checks its bodies" if meshed else "there is no meshed body",
-        cost="per order: 1 factorisation more on the meridian; of a solid: 2 matrices and "
-        "1 factorisation of a coarse meridian",
+        cost="per order: 1 factorisation more",
     )
     wanted = asked and bool(scene.bodies) and scene.model.compare_coupling == "on"
     joined = bool(places_of_joints(scene))
@@ -220,7 +219,7 @@ def _estimates(scene: Scene, *, meshed: bool) -> tuple[Effect, ...]:
 
 def _recovery(scene: Scene) -> Effect:
     """Fields of the bodies whose displacement and stress are wanted."""
-    asked = meshes_for(scene)
+    asked = recovered_bodies(scene)
     why = "no analysis of kind recovery"
     if asked:
         why = f"displacement and stress in the solid are wanted: {', '.join(asked)}"
@@ -236,7 +235,7 @@ def _kept(scene: Scene) -> str:
     """Which rigid and imported bodies keep uz and rz all the same."""
     names = [name for name, body in scene.rigid_bodies.items() if is_off_axis(body)]
     said = f", but in {', '.join(names)}: the centre of gravity is off the axis" if names else ""
-    standing = ", ".join(name for name, b in scene.mesh_bodies.items() if b.speed_ratio == 0.0)
+    standing = ", ".join(name for name, b in scene.mesh_bodies.items() if b.may_have_any_shape)
     said += f"; {standing}: a mesh that stands still moves in all directions" if standing else ""
     given = ", ".join(scene.imported)
     return said + (f"; {given}: an imported body keeps all motions of its file" if given else "")
@@ -262,22 +261,20 @@ def _body_plan(
     plan = base_plan(body, level, top_speed, carried)
     if level == "beam":
         return plan
-    solid = level == "solid"
-    problems = 1 if solid else len(plan.orders)
-    # a solid needs the terms of the spin anyway, to tell the circumferential order of its modes
-    matrices = 4 if solid else (2 + ("gyroscopic" in on)) * problems
+    # of a sector the mass and the terms of the spin follow from the mass of one component
+    assembled, problems = level == "harmonic", len(plan.orders)
+    matrices = 3 + ("gyroscopic" in on) if assembled else 2
     factorisations = eigenproblems = 1
     turning = top_speed > 0.0
     if "stress_stiffening" in on:
-        # order 1 needs the stiffness of order 0 for the static solution; order 0 has it
-        matrices += 1 if solid else 2 * problems + 1
+        # on a meridian the static solution needs the stiffness of order 0
+        matrices += 3 if assembled else 1
         factorisations += 1 + turning
         eigenproblems += turning
     return replace(
         plan,
         resolution=choose_resolution(body, level, scene.model),
-        matrices=matrices,
+        matrices=matrices * problems,
         factorisations=factorisations * problems,
         eigenproblems=eigenproblems * problems,
-        solver=scene.model.solver if solid else "direct",
     )

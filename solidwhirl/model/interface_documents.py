@@ -10,7 +10,7 @@ import numpy as np
 from solidwhirl.core.warnings import Doubt
 from solidwhirl.geometry import Body, Interface
 from solidwhirl.meshing import FloatArray, Mesh
-from solidwhirl.meshing.imported.measures import facet_areas
+from solidwhirl.meshing.imported.measures import area_and_centre
 from solidwhirl.meshing.imported.records import MeshedBody, MeshInterface
 from solidwhirl.model.mesh_bodies import build_mesh_bodies
 from solidwhirl.rotordyn import Superelement
@@ -65,10 +65,9 @@ def cut_doubts(scene: Scene) -> Iterator[Doubt]:
 
 def _area_and_centre(mesh: Mesh, name: str) -> tuple[float, FloatArray]:
     """Area [m²] and centre of area [m] of the facets, which are curves of a meridian in 2D."""
-    facets = mesh.interfaces[name]
     if mesh.points.shape[1] == 3:
-        area, middle = facet_areas(mesh.points, facets)
-        return float(area.sum()), np.asarray(area @ middle / area.sum())
+        return area_and_centre(mesh, name)
+    facets = mesh.interfaces[name]
     ends, middle = mesh.points[facets[:, :2]], mesh.points[facets[:, 2]]
     # Simpson's rule along curves of second order, whose third node is in the middle
     bend = ends.sum(axis=1) - 2.0 * middle

@@ -27,6 +27,8 @@ from solidwhirl.scene.records import Scene
 _READING = 12.0
 # Smallest edge that curvature may ask for in a STEP file, over the largest, unless it is given.
 _SMALLEST = 0.2
+# What the mesh of a sector may lose of the volume of its geometry: periodic faces can go wrong.
+_LOST = 0.01
 _GIB = 1024.0**3
 
 
@@ -59,7 +61,15 @@ def described(body: MeshedBody, mesh: Mesh) -> MeshedBody:
     if body.mass is not None:
         return body
     with _named(body.name):
-        return body_of_mesh(body.name, body.request, mesh, body.rigid_disks)
+        found = body_of_mesh(body.name, body.request, mesh, body.rigid_disks)
+        lost = abs(found.volume_m3 / body.volume_m3 - 1.0)
+        if body.request.sectors is not None and lost > _LOST:
+            raise MeshingError(
+                f"the mesh has a volume of {found.volume_m3:.6g} m³, {100.0 * lost:.2g} % off "
+                f"that of the geometry, {body.volume_m3:.6g} m³: take a smaller size_m or a larger "
+                "around; if that does not help, the faces of the cut are not meshed as they are"
+            )
+        return found
 
 
 def base_plan(
@@ -80,13 +90,13 @@ def base_plan(
 def mesh_plan(
     body: MeshedBody, top_speed: float, on: set[str], carried: Mapping[str, tuple[str, ...]]
 ) -> BodyPlan:
-    """Plan a body from a mesh of its own, which is always a solid, all of it."""
-    plan, is_round = base_plan(body, "solid", top_speed, carried), body.request.shape == "round"
-    prestressed = is_round and "stress_stiffening" in on
+    """Plan a body from a mesh of its own, which is always a solid, all of it or one sector."""
+    plan, may_turn = base_plan(body, "solid", top_speed, carried), body.request.shape != "any"
+    prestressed = may_turn and "stress_stiffening" in on
     spins = prestressed and top_speed > 0.0
     return replace(
         plan,
-        orders=plan.orders if is_round else (),
+        orders=plan.orders if may_turn else (),
         # the error of a given mesh is not known
         resolution=Resolution(
             degree=2,
@@ -101,12 +111,13 @@ def mesh_plan(
 
 
 def source_document(body: MeshedBody) -> dict[str, Any]:
-    """Where a body comes from, and how far it is from a body of revolution, as plain data."""
+    """Where a body comes from, its sectors, or how far it is from one of revolution, as data."""
     found = body.roundness
     return {
         "file": Path(body.request.path).name,
         "sha256": body.request.digest,
         "length_unit_m": body.request.unit_m,
+        "sectors": body.request.sectors,
         "roundness": found
         and {
             "static_unbalance": found.static_unbalance,
@@ -168,7 +179,8 @@ def _request(spec: MeshBodySpec, materials: dict[str, Material]) -> MeshRequest:
             for group, name in spec.materials.items()
         ),
         interfaces=tuple(_interface(i) for i in spec.interfaces),
-        shape="round" if spec.speed_ratio != 0.0 else "any",
+        shape="cyclic" if spec.sectors else "any" if spec.may_have_any_shape else "round",
+        sectors=spec.sectors,
         step=step,
     )
 
@@ -203,7 +215,7 @@ def _digest(spec: MeshBodySpec) -> str:
 def _unmeshed(name: str, request: MeshRequest, disks: tuple[RigidDisk, ...]) -> MeshedBody:
     """A body whose mesh is to be made; the memory that it takes is known before."""
     assert request.step is not None
-    found = step_geometry(request.path, request.step)
+    found = step_geometry(request)
     low, high = found.low_m, found.high_m
     diagonal = max(b - a for a, b in zip(low, high, strict=True))
     return MeshedBody(

@@ -27,8 +27,8 @@ class BodyPlan:
     """What is computed for one body."""
 
     level: str
-    #: Circumferential orders that are solved (harmonic) or kept (solid); none in a body of any
-    #: shape, whose modes have no order
+    #: Circumferential orders, or cyclic indices of a sector, that are solved one by one, or kept of
+    #: the whole mesh of a solid; none in a body of any shape, whose modes have no order
     orders: tuple[int, ...]
     components: tuple[str, ...]
     #: Motions of each interface; each is one constraint mode
@@ -40,11 +40,18 @@ class BodyPlan:
     matrices: int = 0
     factorisations: int = 0
     eigenproblems: int = 0
-    #: Of a solid, as `solidwhirl.reduction` tells them apart: "quartered" comes from a profile,
-    #: "round" and "any" from a mesh of its own
-    shape: str = "quartered"
-    #: How systems of a solid are solved: "direct", "iterative", or "auto": by the memory there is
+    #: Of a solid, as `solidwhirl.reduction` tells them apart: "cyclic" is one of equal sectors, as
+    #: of every profile, "round" and "any" are whole meshes
+    shape: str = "cyclic"
+    #: How systems of a whole mesh are solved: "direct", "iterative", or "auto": by the memory there
+    #: is; those of sectors and meridians always directly
     solver: str = "direct"
+
+    @property
+    def solved_orders(self) -> tuple[int | None, ...]:
+        """Orders or indices that are solved one by one; None is the whole mesh of a solid."""
+        whole = self.level == "solid" and self.shape != "cyclic"
+        return (None,) if whole else self.orders
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,6 +1,6 @@
 """How fine a mesh and which element order an accuracy asks for, to begin with.
 
-On the harmonic level the mesh then follows its own error estimate (`bodies.refinement`). The rule
+The mesh of a body of revolution then follows its own error estimate (`bodies.refinement`). The rule
 is a-priori: at a re-entrant corner of 270° the error of a frequency falls with the corner's element
 size h as h^1.09 (twice the exponent 0.5445 of the stress singularity of plane elasticity), whatever
 the element order. The constants below were measured on the reference rotor of the verification page
@@ -21,13 +21,14 @@ from solidwhirl.scene.records import ModelSpec
 _CORNER_ERROR = {2: 2.3e-2, 3: 8.9e-3, 4: 4.8e-3}
 # The measured error of the reference rotor stays below the asked one by this factor.
 _SAFETY = 2.0
-# Tetrahedra: relative error per (corner size / thickness)^rate, which the circumference slows down.
+# Bodies with features: relative error per (corner size / thickness)^rate, slower as their edges are
+# not all refined.
 _SOLID_ERROR, _SOLID_RATE = 2.5e-2, 0.8
 # Error that the first of several adapted meshes is made for.
 _FIRST_MESH = 5e-2
-#: Finest accuracy that the rule follows on the solid level: beyond it the number of tetrahedra
-#: around every corner explodes. Sizes given in the scene can go further.
-SOLID_FLOOR = 2e-3
+# Finest accuracy that the rule follows for bodies with features: beyond it the number of tetrahedra
+# around every corner explodes. Sizes given in the scene can go further.
+_FEATURE_FLOOR = 2e-3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,15 +40,14 @@ class Resolution:
     #: Relative error of the first bending frequencies that the rule expects; an expectation, not an
     #: estimate from the solution
     expected_error: float
+    #: Whether the mesh follows its own error estimate from there
+    is_adapted: bool = False
 
 
-def is_adapted(level: str, model: ModelSpec) -> bool:
-    """Whether the mesh of a body follows its own error estimate.
-
-    Sizes that the scene gives are kept; without estimates there is nothing to follow.
-    """
+def _is_adapted(body: Body, model: ModelSpec) -> bool:
+    """Sizes that the scene gives are kept; without estimates there is nothing to follow."""
     given = (model.size_m, model.corner_size_m, model.growth)
-    return level == "harmonic" and model.estimates == "on" and given == (None, None, None)
+    return not body.features and model.estimates == "on" and given == (None, None, None)
 
 
 def choose_resolution(body: Body, level: str, model: ModelSpec) -> Resolution:
@@ -55,21 +55,21 @@ def choose_resolution(body: Body, level: str, model: ModelSpec) -> Resolution:
 
     `model`: the scene's accuracy, and sizes and order if given.
     """
-    thinnest = min(_thickness(body))
-    if level == "solid":
+    thinnest, adapted = min(_thickness(body)), _is_adapted(body, model)
+    if body.features:
         degree, growth, through = 2, 0.6, 1.2
-        wanted, constant, rate = max(model.accuracy, SOLID_FLOOR), _SOLID_ERROR, _SOLID_RATE
-    elif is_adapted(level, model):
-        # of meshes that follow their error the cheaper of 2 and 3, as measured
-        degree, growth, through = model.order or (2 if model.accuracy >= 5e-3 else 3), 0.8, 1.0
+        wanted, constant, rate = max(model.accuracy, _FEATURE_FLOOR), _SOLID_ERROR, _SOLID_RATE
+    elif adapted:
+        degree = model.order or _adapted_order(level, model.accuracy)
+        growth, through = 0.8, 1.0
         wanted = max(model.accuracy, _FIRST_MESH)
         constant, rate = _SAFETY * _CORNER_ERROR[degree], CORNER_RATE
     else:
-        degree, growth, through = _harmonic_order(model.accuracy)
+        degree, growth, through = _fixed_order(level, model.accuracy)
         degree = model.order or degree
         wanted, constant, rate = model.accuracy, _SAFETY * _CORNER_ERROR[degree], CORNER_RATE
     share = (wanted / constant) ** (1.0 / rate)
-    coarsest = 1.0 if is_adapted(level, model) else 0.3
+    coarsest = 1.0 if adapted else 0.3
     corner = model.corner_size_m or thinnest * float(np.clip(share, 1e-5, coarsest))
     if model.corner_size_m is None and model.size_m is not None:
         corner = min(corner, model.size_m)
@@ -82,13 +82,20 @@ def choose_resolution(body: Body, level: str, model: ModelSpec) -> Resolution:
         around=12,
     )
     expected = constant * (corner / thinnest) ** rate
-    return Resolution(degree=degree, size=size, expected_error=expected)
+    return Resolution(degree=degree, size=size, expected_error=expected, is_adapted=adapted)
 
 
-def _harmonic_order(accuracy: float) -> tuple[int, float, float]:
+def _adapted_order(level: str, accuracy: float) -> int:
+    """Element order of meshes that follow their error: the cheaper of 2 and 3, as measured."""
+    return 2 if level == "solid" or accuracy >= 5e-3 else 3
+
+
+def _fixed_order(level: str, accuracy: float) -> tuple[int, float, float]:
     """Element order, growth and elements through the thickness for the meridian."""
     if accuracy >= 1e-2:
         return 2, 0.8, 1.0
+    if level == "solid":
+        return 2, 0.7, 1.0
     if accuracy >= 1e-4:
         return 3, 0.7, 1.0
     return 4, 0.6, 1.0

@@ -13,6 +13,7 @@ from solidwhirl.bodies.refinement import Judgement, Round, next_discretisations,
 from solidwhirl.core.reduction_work import ReductionWork
 from solidwhirl.core.stages import Progress, Stage, StageName
 from solidwhirl.cost.forecast import shortage_of
+from solidwhirl.estimates.comparators import is_compared
 from solidwhirl.geometry import Body
 from solidwhirl.meshing import Mesh
 from solidwhirl.meshing.imported.records import MeshedBody
@@ -68,7 +69,7 @@ def reduced_bodies(
 
         with job.clock.stage("error_estimate"):
             done, todo = job.stage_cache.stage(f"judgement of round {number}", key, compute)
-        later = [name for name in bodies if plan.bodies[name].level == "solid"]
+        later = [name for name, body in bodies.items() if is_compared(body, plan.bodies[name])]
         left_out = f", the mesh of {', '.join(later)} not yet in it" if later else ""
         job.progress(f"estimated error {done.estimate:.1e} after round {number}{left_out}")
         return done, todo
@@ -104,9 +105,11 @@ def _reduce(
 
     plan = job.plan.bodies[body.name]
     level = plan.level
-    if level == "harmonic" and job.comm.rank != 0:
+    # a mesh that follows its errors is small, and rank 0 judges them
+    alone = level == "harmonic" or not chosen.mesh_fixed
+    if alone and job.comm.rank != 0:
         return None
-    team = job.comm if level == "solid" else MPI.COMM_SELF
+    team = MPI.COMM_SELF if alone else job.comm
     mesh = _mesh(job, body, level, chosen, before) if job.comm.rank == 0 else None
     if isinstance(body, MeshedBody):
         told = described(body, mesh) if mesh is not None else None

@@ -17,7 +17,6 @@ from solidwhirl.estimates.comparators import (
     Comparison,
     beam_comparison,
     coupling_comparison,
-    solid_comparisons,
     step_comparisons,
 )
 from solidwhirl.estimates.peaks import with_peak_estimates
@@ -27,6 +26,7 @@ from solidwhirl.model.balance_grades import with_moments
 from solidwhirl.model.system_parts import engine_of
 from solidwhirl.pipeline.body_stages import Job
 from solidwhirl.pipeline.cached_stages import engine_part
+from solidwhirl.pipeline.cyclic_bodies import cyclic_source
 from solidwhirl.rotordyn import (
     AnalysisError,
     AssembledSystem,
@@ -171,6 +171,7 @@ def analyses_of(
         campbell_max_hz=scene.campbell.frequency_max_hz,
         analyses={a.label: a for a in scene.analyses},
         recoveries=_recoveries_of(job, engine.reduced),
+        cyclic=partial(cyclic_source, job, engine.reduced),
     )
     outcomes: dict[str, Outcome] = {}
     for k, spec in enumerate(scene.analyses):
@@ -259,9 +260,7 @@ def _compared(engine: Engine) -> tuple[Comparison, ...]:
     scene, plan = job.scene, job.plan
     made_of = partial(engine_of, scene, plan)
     drawn = {n: r for n, r in engine.reduced.items() if isinstance(r.body, Body)}
-    solids = {n: r for n, r in drawn.items() if plan.bodies[n].level == "solid"}
-    found = solid_comparisons(scene, plan, solids, elements, made_of)
-    found += beam_comparison(elements, engine.beams.finer, made_of)
+    found = beam_comparison(elements, engine.beams.finer, made_of)
     found += step_comparisons(scene, plan, engine.reduced, elements, made_of)
     if scene.model.compare_coupling == "on":
         bodies = {n: r.body for n, r in drawn.items() if isinstance(r.body, Body)}

@@ -79,8 +79,9 @@ def run_scene(
     solids: dict[str, AnyBody] = {**bodies, **build_mesh_bodies(scene)}
     expected = forecast(scene, plan, solids)
     refuse_too_large(scene, plan, solids, expected)
+    levels = " and ".join(dict.fromkeys(own.level for own in plan.bodies.values())) or level
     progress(
-        f"level {level}: about {expected.seconds:.2g} s of one core without analyses and "
+        f"level {levels}: about {expected.seconds:.2g} s of one core without analyses and "
         f"pictures, {expected.peak_memory_gib:.2g} GiB, {expected.unknowns} unknowns"
     )
     foreseen(plan, expected)

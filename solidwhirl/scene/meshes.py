@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path, PurePath
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from solidwhirl.core.fields import (
     MOST,
@@ -28,6 +28,26 @@ GroupName = Annotated[Title, Field(min_length=1, max_length=200)]
 UNITS_M = {"m": 1.0, "mm": 1e-3, "in": 0.0254}
 _MESHES = (".msh", ".inp", ".bdf", ".nas", ".dat", ".vtu")
 _GEOMETRIES = (".step", ".stp")
+_MOST_SECTORS = 10_000
+
+
+def _enough_sectors(value: object) -> object:
+    """Say of too few sectors what can be done instead."""
+    if value == 1:
+        raise ValueError(
+            "1 sector is the whole; leave sectors out: a body that turns is then one of "
+            "revolution, one that stands (speed_ratio = 0) may have any shape"
+        )
+    if value == 2:
+        raise ValueError(
+            "2 sectors do not bend alike in all directions, so that seen from outside their "
+            "matrices change with the angle; 3 or more do. Give a body that stands "
+            "(speed_ratio = 0) as a whole without sectors, or two blades as rigid_disks"
+        )
+    return value
+
+
+Sectors = Annotated[Count, Field(ge=3, le=_MOST_SECTORS), BeforeValidator(_enough_sectors)]
 
 
 class RigidDiskSpec(Record):
@@ -88,6 +108,7 @@ class MeshBodySpec(Record):
     length_unit: Literal["m", "mm", "in"]
     axis: AxisSpec = AxisSpec()
     speed_ratio: Finite = 1.0
+    sectors: Sectors | None = None
     material: Name | None = None
     materials: dict[GroupName, Name] = Field(default_factory=dict, max_length=MOST)
     interfaces: Annotated[tuple[MeshInterfaceSpec, ...], Field(max_length=MOST)] = ()
@@ -102,6 +123,11 @@ class MeshBodySpec(Record):
     def is_geometry(self) -> bool:
         """Whether the file is a geometry that has to be meshed."""
         return PurePath(self.file).suffix.lower() in _GEOMETRIES
+
+    @property
+    def may_have_any_shape(self) -> bool:
+        """Whether it neither turns nor has to consist of equal sectors."""
+        return self.speed_ratio == 0.0 and self.sectors is None
 
     @model_validator(mode="after")
     def _fitting(self) -> MeshBodySpec:
@@ -118,7 +144,7 @@ class MeshBodySpec(Record):
             raise ValueError(f"smallest_m = {self.smallest_m:g} is above size_m = {self.size_m:g}")
         if self.material is None and not self.materials:
             raise ValueError("material is needed, or materials by group")
-        if self.internal_damping is not None and self.speed_ratio == 0.0:
+        if self.internal_damping is not None and self.may_have_any_shape:
             raise ValueError(
                 "internal_damping needs to know how the body turns; one that stands still "
                 "(speed_ratio = 0) may have any shape and does not say"

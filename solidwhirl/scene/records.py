@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from pathlib import PurePath
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from solidwhirl.analyses.base import OperatingSpec
 from solidwhirl.analyses.registry import AnalysisSpec
@@ -32,6 +32,7 @@ from solidwhirl.core.fields import (
     alike_in_files,
 )
 from solidwhirl.rotordyn.modes.damping import CRITICALLY_DAMPED, DampingRule
+from solidwhirl.scene.features import BladeSpec, HoleSpec, SlotSpec, StageBladesSpec
 from solidwhirl.scene.imports import ImportedSpec
 from solidwhirl.scene.joints import (
     BeamSpec,
@@ -94,6 +95,11 @@ class StageGroupSpec(Record):
     material: Name | None = None
     webs: Annotated[tuple[WebSpec, ...], Field(max_length=MOST)] = ()
     cones: Annotated[tuple[ConeSpec, ...], Field(max_length=MOST)] = ()
+    blades: StageBladesSpec | None = None
+
+    @model_serializer(mode="wrap")
+    def _lean(self, content: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        return _without_absent(content(self))
 
 
 class InterfaceSpec(Record):
@@ -128,8 +134,21 @@ class BodySpec(Record):
     stage_groups: Annotated[tuple[StageGroupSpec, ...], Field(max_length=MOST)] = ()
     interfaces: Annotated[tuple[InterfaceSpec, ...], Field(max_length=MOST)] = ()
     rigid_disks: Annotated[tuple[RigidDiskSpec, ...], Field(max_length=MOST)] = ()
+    blades: Annotated[tuple[BladeSpec, ...], Field(max_length=MOST)] = ()
+    holes: Annotated[tuple[HoleSpec, ...], Field(max_length=MOST)] = ()
+    slots: Annotated[tuple[SlotSpec, ...], Field(max_length=MOST)] = ()
     modes: Annotated[Count, Field(le=500)] | None = None
     internal_damping: InternalDampingSpec | None = None
+
+    @model_serializer(mode="wrap")
+    def _lean(self, content: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        return _without_absent(content(self))
+
+
+def _without_absent(content: dict[str, Any]) -> dict[str, Any]:
+    """Leave out lists of features that are empty, so that other scenes keep their hash."""
+    features = ("blades", "holes", "slots")
+    return {key: value for key, value in content.items() if value or key not in features}
 
 
 # Speeds nearer than this part of them are one.
@@ -212,6 +231,7 @@ class ModelSpec(Record):
     estimates: Literal["on", "off"] = "on"
     compare_coupling: Literal["on", "off"] = "on"
     solver: Literal["auto", "direct", "iterative"] = "auto"
+    stage_joints: Literal["first_order", "neighbours"] = "first_order"
     order: Annotated[int, Field(ge=2, le=4, strict=True)] | None = None
     modes: Annotated[Count, Field(le=500)] | None = None
     size_m: Positive | None = None
@@ -221,8 +241,8 @@ class ModelSpec(Record):
 
     @model_validator(mode="after")
     def _fitting(self) -> ModelSpec:
-        if self.level == "solid" and self.order not in (None, 2):
-            raise ValueError(f"order = {self.order} with level 'solid', which has order 2 only")
+        if self.level == "solid" and self.order not in (None, 2, 3):
+            raise ValueError(f"order = {self.order} with level 'solid', which has order 2 or 3")
         if self.size_m and self.corner_size_m and self.corner_size_m > self.size_m:
             raise ValueError(
                 f"corner_size_m = {self.corner_size_m:g} is above size_m = {self.size_m:g}, the "

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from solidwhirl.analyses.kinds.nodal_diameters import NodalDiametersSpec
 from solidwhirl.analyses.kinds.run_up import RunUpSpec
 from solidwhirl.analyses.kinds.unbalance_response import UnbalanceResponseSpec
 from solidwhirl.analyses.recovery.analysis import RecoverySpec
@@ -27,10 +28,27 @@ def recovery_problems(scene: Scene) -> list[str]:
     return problems
 
 
-def meshes_for(scene: Scene) -> tuple[str, ...]:
+def recovered_bodies(scene: Scene) -> tuple[str, ...]:
     """Bodies whose solid a recovery of the scene asks for."""
     asked = [b for spec in scene.analyses if isinstance(spec, RecoverySpec) for b in spec.bodies]
     return tuple(dict.fromkeys(asked))
+
+
+def meshes_for(scene: Scene) -> tuple[str, ...]:
+    """Bodies whose mesh an analysis of the scene asks for."""
+    own = [spec.body for spec in scene.analyses if isinstance(spec, NodalDiametersSpec)]
+    return tuple(dict.fromkeys([*recovered_bodies(scene), *own]))
+
+
+def no_solid(scene: Scene, body: str) -> str:
+    """Why a body of a scene has no mesh; empty if it has one."""
+    if body in scene.interface_names() and body not in scene.finite_element_bodies():
+        return f"{body!r} is no solid; only [bodies.NAME] and [mesh_bodies.NAME] have a mesh"
+    if scene.model.level == "beam" and body in scene.bodies:
+        return (
+            f'with model.level = "beam" {body!r} has no mesh; choose "auto", "harmonic" or "solid"'
+        )
+    return ""
 
 
 def _problems(scene: Scene, spec: RecoverySpec) -> Iterator[str]:

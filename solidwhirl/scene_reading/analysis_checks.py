@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from solidwhirl.analyses.kinds.critical_speed_map import CriticalSpeedMapSpec
+from solidwhirl.analyses.kinds.nodal_diameters import NodalDiametersSpec
 from solidwhirl.analyses.kinds.run_up import RunUpSpec
 from solidwhirl.analyses.kinds.separation_margins import SeparationMarginsSpec
 from solidwhirl.analyses.kinds.stiffness_study import StiffnessStudySpec
@@ -15,11 +16,12 @@ from solidwhirl.analyses.registry import AnalysisSpec
 from solidwhirl.core.errors import unknown
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import acting_on, is_off_axis
+from solidwhirl.scene_checks.recovery_references import no_solid
 from solidwhirl.scene_reading.weight import weight_problems
 
 # Keys of analyses by what they name.
 _PLACES = ("at", "observe", "excite", "places", "inputs", "outputs", "drives")
-_BODIES = ("bodies", "excited_by", "shaft", "compare_flexible")
+_BODIES = ("bodies", "body", "excited_by", "shaft", "compare_flexible")
 _BEARINGS = ("bearings", "mount")
 # What a run-up must record and step per turn of an unbalance.
 _RECORDS_PER_TURN = 2.5
@@ -74,8 +76,28 @@ def _further_problems(scene: Scene, spec: AnalysisSpec) -> Iterator[str]:
         yield from _support_problems(scene, spec)
     if isinstance(spec, RunUpSpec):
         yield from _run_up_problems(scene, spec)
+    if isinstance(spec, NodalDiametersSpec):
+        yield from _nodal_problems(scene, spec)
     if isinstance(spec, SeparationMarginsSpec) and not (spec.operating or scene.operating):
         yield "operating: missing; give it here or as [[operating]] of the scene"
+
+
+def _nodal_problems(scene: Scene, spec: NodalDiametersSpec) -> Iterator[str]:
+    """A body without a mesh, and interfaces that it has not."""
+    why = no_solid(scene, spec.body)
+    if why:
+        yield f"body: {why}"
+        return
+    known = list(scene.interface_names()[spec.body])
+    for k, name in enumerate(spec.held):
+        if name not in known:
+            yield f"held[{k}]: {unknown(f'interface of {spec.body!r}', name, known)}"
+    whole = sorted({0, 1} & set(spec.nodal_diameters or ()))
+    if whole and not spec.held:
+        yield (
+            f"nodal_diameters: {whole[0]} moves the body as a whole where held names no interface; "
+            "allowed are 2 and more, or name interfaces"
+        )
 
 
 def _support_problems(

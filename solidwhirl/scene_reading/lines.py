@@ -22,6 +22,9 @@ _LISTS = {
     "gap between": "sections",
     "interface": "interfaces",
     "rigid disk": "rigid_disks",
+    "blade": "blades",
+    "hole": "holes",
+    "slot": "slots",
     "stages": "stage_groups",
     "stage group": "stage_groups",
 }

@@ -79,7 +79,7 @@ def _moving(scene: Scene, axis: str) -> list[str]:
         place.partition(".")[0] for place, m in carried_motions(scene, on).items() if "uz" in m
     }
     found |= {name for name, body in scene.rigid_bodies.items() if is_off_axis(body)}
-    found |= {name for name, body in scene.mesh_bodies.items() if body.speed_ratio == 0.0}
+    found |= {name for name, body in scene.mesh_bodies.items() if body.may_have_any_shape}
     return [name for name in scene.interface_names() if name in found]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from shapes import STEEL, section
 from shapes import body as body_of
 
 from solidwhirl.geometry import Body, Interface, Material
-from solidwhirl.meshing import Mesh, MeshSize, mesh_meridian, mesh_solid
+from solidwhirl.meshing import Mesh, MeshSize, mesh_meridian, mesh_revolved
 from solidwhirl.reduction import ReductionWork
 from solidwhirl.rotordyn import Superelement
 
@@ -36,7 +37,12 @@ def even(size_m: float, around: int = 16) -> MeshSize:
 
 def meshed(body: Body, level: str, size: MeshSize) -> Mesh:
     """Mesh of a level."""
-    return mesh_meridian(body, size) if level == "harmonic" else mesh_solid(body, size)
+    if level == "harmonic":
+        return mesh_meridian(body, size)
+    # as fine along the meridian as `around` is along the circumference
+    edge = 2.0 * np.pi * max(max(s.outer_radius_m) for s in body.sections) / size.around
+    corner = min(size.corner_size_m, edge)
+    return mesh_revolved(body, replace(size, size_m=min(size.size_m, edge), corner_size_m=corner))
 
 
 def reduced(

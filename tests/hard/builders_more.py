@@ -37,7 +37,7 @@ def material(density_kg_per_m3: float, youngs_modulus_pa: float, name: str = "ow
 
 
 def operators_of(body: Body, level: str, size: MeshSize, order: int) -> BodyOperators:
-    """All matrices of one circumferential order; the solid holds all odd orders with order 1."""
+    """All matrices of one circumferential order, or of that index of a sector."""
     from mpi4py import MPI
 
     carried = _LATERAL if order == 1 else _AXIAL
@@ -45,13 +45,12 @@ def operators_of(body: Body, level: str, size: MeshSize, order: int) -> BodyOper
         gyroscopic=False,
         centrifugal=True,
         components={i.name: carried for i in body.interfaces},
-        lateral_only=level == "solid" and order == 1,
     )
     return build_operators(
         body,
         meshed(body, level, size),
         MPI.COMM_SELF,
-        order=order if level == "harmonic" else None,
+        order=order,
         degree=2,
         effects=effects,
     )
@@ -59,7 +58,8 @@ def operators_of(body: Body, level: str, size: MeshSize, order: int) -> BodyOper
 
 def dense(matrix) -> FloatArray:
     """PETSc matrix with all its entries."""
-    return np.asarray(sparse(matrix).toarray())
+    whole = matrix.folded() if hasattr(matrix, "folded") else matrix
+    return np.asarray(sparse(whole).toarray())
 
 
 def held_space(operators: BodyOperators) -> FloatArray:

@@ -88,7 +88,7 @@ def _solid_shaft_torsion(level: str) -> float:
     size, top = even(0.02), 55e3
     if level == "solid":
         request |= {"modes": 3, "degree": 2}
-        size, top = even(0.05, 12), 20e3
+        size, top = even(0.02, 12), 20e3
     found = held_hz(tube(0.1, 0.0, 0.05), level, size, **request)
     return nearest_error(found, torsion_hz(0.1, 0.05, STEEL, top))
 

@@ -50,7 +50,7 @@ def _many_of_a_solid() -> float:
 
 def _free_beam(level: str) -> float:
     """A free body without interfaces against Timoshenko's beam, L/D = 20."""
-    size = even(0.02) if level == "harmonic" else even(0.1, 8)
+    size = even(0.02) if level == "harmonic" else even(0.03, 8)
     element = reduced(tube(0.8, 0.0, 0.02), level, size, components=(), modes=2)[0]
     return abs(float(element.free_frequencies_hz[0]) / timoshenko_free_hz(0.8, 0.02, STEEL) - 1.0)
 

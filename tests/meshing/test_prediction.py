@@ -10,7 +10,7 @@ import pytest
 from shapes import body as body_of
 from shapes import interface, section
 
-from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_solid
+from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_revolved
 from solidwhirl.meshing.own.prediction import PredictedMesh, predict_mesh
 
 
@@ -81,7 +81,7 @@ def test_meridian_within_a_factor_of_one_and_a_half(reference_rotor, name, sizes
     made = counted(mesh)
     assert made.unknowns(2) == 3 * len(mesh.points)  # the count itself
     for degree in (2, 3, 4):
-        ratio = predict_mesh(body, size, 2).unknowns(degree) / made.unknowns(degree)
+        ratio = predict_mesh(body, size, "harmonic").unknowns(degree) / made.unknowns(degree)
         assert 1.0 / 1.5 < ratio < 1.5, degree
 
 
@@ -106,8 +106,8 @@ def test_solid_within_a_factor_of_two(reference_rotor, name, sizes):
     }[name]()
     given = {"size_m": 0.1, "growth": 0.6, "through_thickness": 1.2, "around": 12, **sizes}
     size = MeshSize(**given)
-    made = 3 * len(mesh_solid(body, size).points)
-    assert 0.5 < predict_mesh(body, size, 3).unknowns(2) / made < 2.0
+    made = 3 * len(mesh_revolved(body, size).points)
+    assert 0.5 < predict_mesh(body, size, "revolved").unknowns(2) / made < 2.0
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
@@ -115,7 +115,9 @@ def test_uniform_meshes_grow_with_the_power_of_their_dimension(reference_rotor, 
     """Halving all sizes makes 2^d times as many elements, once the rim is a small part."""
     counts = [
         predict_mesh(
-            reference_rotor, MeshSize(size_m=h, corner_size_m=h, around=1), dimension
+            reference_rotor,
+            MeshSize(size_m=h, corner_size_m=h, around=1),
+            {2: "harmonic", 3: "solid"}[dimension],
         ).cells
         for h in (4e-4, 2e-4)
     ]
@@ -126,7 +128,9 @@ def test_uniform_meshes_grow_with_the_power_of_their_dimension(reference_rotor, 
 def test_graded_meridian_grows_with_the_logarithm_of_the_corner(reference_rotor):
     """Each tenfold finer corner adds the same rings of elements."""
     cells = [
-        predict_mesh(reference_rotor, MeshSize(size_m=0.1, corner_size_m=h, growth=0.5), 2).cells
+        predict_mesh(
+            reference_rotor, MeshSize(size_m=0.1, corner_size_m=h, growth=0.5), "harmonic"
+        ).cells
         for h in (1e-5, 1e-6, 1e-7)
     ]
     first, second = np.diff(cells)
@@ -135,10 +139,10 @@ def test_graded_meridian_grows_with_the_logarithm_of_the_corner(reference_rotor)
     assert second == pytest.approx(first, rel=0.1)
 
 
-@pytest.mark.parametrize("dimension", [2, 3])
-def test_finer_sizes_never_make_fewer_elements(reference_rotor, dimension):
+@pytest.mark.parametrize("kind", ["harmonic", "revolved", "solid"])
+def test_finer_sizes_never_make_fewer_elements(reference_rotor, kind):
     cells = [
-        predict_mesh(reference_rotor, MeshSize(size_m=0.02, corner_size_m=h), dimension).cells
+        predict_mesh(reference_rotor, MeshSize(size_m=0.02, corner_size_m=h), kind).cells
         for h in np.geomspace(0.02, 2e-4, 12)
     ]
     assert cells == sorted(cells)

@@ -74,8 +74,9 @@ def test_boxes_are_cut_into_the_geometry(tmp_path, direction, origin):
 
 def test_kernel_of_the_geometry_prints_nothing(tmp_path, capfd):
     (tmp_path / "bad.step").write_text("ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION(('')\n")
+    size = StepSize(size_m=0.03, smallest_m=0.01, around=12)
     with pytest.raises(MeshingError, match=r"bad\.step: can not be read as STEP"):
-        step_geometry(tmp_path / "bad.step", StepSize(size_m=0.03, smallest_m=0.01, around=12))
+        step_geometry(of_step(tmp_path / "bad.step", size))
     assert capfd.readouterr().out == ""
 
 
@@ -146,7 +147,7 @@ def test_meshes_converge_to_the_profile_and_keep_materials(tmp_path):
         found = body_of_mesh("rotor", asked, mesh)
         errors.append(abs(found.mass.mass_kg / exact.mass_kg - 1.0))
         assert found.roundness.uneven_mass < 1e-3
-        expected = step_geometry(tmp_path / "r.step", size).expected
+        expected = step_geometry(of_step(tmp_path / "r.step", size)).expected
         # said before it is meshed, within a factor 3
         assert expected.cells / 3.0 < len(mesh.cells) < 3.0 * expected.cells
     # fourth power of the angle; circles need not halve exactly, so 6 of 16 is asked
@@ -157,10 +158,10 @@ def test_meshes_converge_to_the_profile_and_keep_materials(tmp_path):
 def test_what_is_no_solid_is_refused(tmp_path):
     size = StepSize(size_m=0.03, smallest_m=0.01, around=8)
     with pytest.raises(MeshingError, match="there is no such file"):
-        step_geometry(tmp_path / "none.step", size)
+        step_geometry(of_step(tmp_path / "none.step", size))
     (tmp_path / "text.step").write_text("ISO-10303-21;\nHEADER;\n")
     with pytest.raises(MeshingError, match=r"can not be read as STEP|has no solid"):
-        step_geometry(tmp_path / "text.step", size)
+        step_geometry(of_step(tmp_path / "text.step", size))
     with pytest.raises(MeshingError, match=r"unit_m is 2.0; allowed are 0.001, 1.0"):
         write_step([rotor()], tmp_path / "r.step", unit_m=2.0)
     assert not (tmp_path / "r.step").exists()

@@ -9,7 +9,7 @@ from shapes import body as body_of
 from shapes import plane, section
 
 from solidwhirl.geometry import Material
-from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_solid
+from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_revolved
 from solidwhirl.reduction import reduce_body
 from solidwhirl.reduction.recovery.fields import body_fields
 from solidwhirl.reduction.recovery.spatial_fields import in_space, values_at
@@ -50,7 +50,7 @@ def recovered(body, size, level="harmonic", **asked):
     """Superelement of a body and the recovery of its fields."""
     from mpi4py import MPI
 
-    mesh = (mesh_meridian if level == "harmonic" else mesh_solid)(body, size)
+    mesh = (mesh_meridian if level == "harmonic" else mesh_revolved)(body, size)
     spin = {"maximum_speed_rad_s": SPIN, "gyroscopic": True, "centrifugal": True}
     request = requested(level, **{"components": LATERAL, "modes": 3, **spin, **asked})
     element, _ = reduce_body(body, mesh, MPI.COMM_SELF, request, {})

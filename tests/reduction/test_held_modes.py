@@ -22,9 +22,7 @@ def held():
     ends = (plane("a", 0.0), plane("b", 0.3))
     body = body_of(section("tube", 0.0, 0.3, 0.03, 0.05), interfaces=ends)
     components = {"a": ("ux", "uy", "rx", "ry"), "b": ("ux", "uy")}
-    effects = OperatorEffects(
-        gyroscopic=False, centrifugal=False, components=components, lateral_only=True
-    )
+    effects = OperatorEffects(gyroscopic=False, centrifugal=False, components=components)
     mesh = mesh_meridian(body, MeshSize(size_m=0.02, corner_size_m=0.02))
     operators = build_operators(body, mesh, MPI.COMM_SELF, order=1, degree=2, effects=effects)
     return operators, factorise(operators.stiffness, operators.coupling.rows)

@@ -21,7 +21,7 @@ import numpy as np
 from reduced import reduced_to
 from shapes import body, plane, section
 
-from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_solid
+from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_revolved
 
 
 def case(level, coupling):
@@ -31,7 +31,7 @@ def case(level, coupling):
         shaft, disk, interfaces=(plane("left", 0.0, coupling), plane("right", 0.1, coupling))
     )
     size = MeshSize(size_m=0.08, corner_size_m=0.04, growth=0.8, around=8)
-    mesh = (mesh_meridian if level == "harmonic" else mesh_solid)(shape, size)
+    mesh = (mesh_meridian if level == "harmonic" else mesh_revolved)(shape, size)
     estimates = ("mode_truncation", "mesh") if level == "harmonic" else ("mode_truncation",)
     spin = dict(maximum_speed_rad_s=1000.0, gyroscopic=True, centrifugal=True)
     request = dict(mesh=mesh, modes=2, estimates=estimates, **spin)

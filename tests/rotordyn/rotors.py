@@ -25,6 +25,7 @@ from solidwhirl.rotordyn import (
 )
 from solidwhirl.rotordyn.superelement.mass_moments import projected_moments
 from solidwhirl.rotordyn.superelement.record import ErrorForm
+from solidwhirl.rotordyn.superelement.validation import MOTIONS
 
 STEEL = (2e11, 0.3, 7800.0)
 
@@ -119,6 +120,28 @@ def hub(
 def general(mass, stiffness, gyroscopic):
     """Body held to the ground with any matrices: ux, uy, rx, ry of one hub, then modal ones."""
     return _lumped("general", mass, stiffness, gyroscopic, len(mass) - 4)
+
+
+def lumped_hub(name, matrices, components, generator):
+    """Body with motions of one hub at z = 0, then modal coordinates; free in those motions."""
+    n, held = len(matrices["mass"]), len(components)
+    place = [MOTIONS.index(c) for c in components]
+    motion, present = np.zeros((n, 6)), np.zeros(6, dtype=bool)
+    motion[np.arange(held), place], present[place] = 1.0, True
+    at_hub = {"kind": "interface", "interface": "hub", "frequency_hz": 0.0}
+    free = Coordinate(kind="modal", interface="", component="q", frequency_hz=0.0)
+    own = _lumped(name, *(matrices[m] for m in ("mass", "stiffness", "gyroscopic")), n - 4)
+    return dataclasses.replace(
+        own,
+        coordinates=(
+            *[Coordinate(component=c, **at_hub) for c in components], *[free] * (n - held),
+        ),
+        stress_stiffening=matrices["stress_stiffening"],
+        spin_softening=matrices["spin_softening"],
+        rigid_body_modes=motion,
+        rigid_body_present=present,
+        spin_generator=generator,
+    )  # fmt: skip
 
 
 def plane_spring(translation, coupling, tilt):
@@ -229,6 +252,54 @@ def with_stress(element, factor):
         stress_stiffening=element.mass + 0.5 * (even + even.T),
         spin_softening=element.mass,
     )
+
+
+def turning_pairs(element):
+    """Coordinates p and s with L p = s and L s = −p."""
+    first = np.flatnonzero((element.spin_generator == 1.0).any(axis=0))
+    return first, np.abs(element.spin_generator[:, first]).argmax(axis=0)
+
+
+def in_the_round(element, change):
+    """Real matrix (n, n) of z' = X z on the z = p + i s of all pairs; others stay as they are."""
+    first, second = turning_pairs(element)
+    real = np.eye(element.size)
+    real[np.ix_(first, first)] = real[np.ix_(second, second)] = change.real
+    real[np.ix_(second, first)], real[np.ix_(first, second)] = change.imag, -change.imag
+    return real
+
+
+def in_coordinates(element, basis):
+    """The same body in other modal coordinates, q = basis · q'."""
+    names = ("mass", "stiffness", "gyroscopic", "stress_stiffening", "spin_softening")
+    return dataclasses.replace(
+        element,
+        **{name: basis.T @ getattr(element, name) @ basis for name in names},
+        rigid_body_modes=la.solve(basis, element.rigid_body_modes),
+        recovery_modes=element.recovery_modes @ basis,
+        spin_generator=la.solve(basis, element.spin_generator @ basis).round(9),
+        moments=projected_moments(element.moments, basis),
+        error_forms=(),
+        surface=None,
+    )
+
+
+def mixed(element, seed=3):
+    """The same body with planes that couple: modal coordinates mixed by complex numbers.
+
+    z_m = U z'_m + W z_b of modal coordinates z_m and interface ones z_b, U unitary, W any.
+    """
+    first, _ = turning_pairs(element)
+    modal = np.array([element.coordinates[k].kind == "modal" for k in first])
+    rng = np.random.default_rng(seed)
+    change = rng.standard_normal((2, first.size, first.size)) @ np.eye(first.size)
+    change = change[0] + 1j * change[1]
+    change[~modal] = np.eye(first.size)[~modal]
+    size = np.sqrt(np.diag(element.mass))[first]
+    change[np.ix_(modal, modal)] = la.qr(change[np.ix_(modal, modal)])[0]
+    change[np.ix_(modal, modal)] *= size[modal] / size[modal, None]
+    change[np.ix_(modal, ~modal)] *= 0.3 * size[~modal] / size[modal, None]
+    return in_coordinates(element, in_the_round(element, change))
 
 
 def truncation_basis(full, kept, slack=0.0):

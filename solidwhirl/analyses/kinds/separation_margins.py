@@ -10,7 +10,14 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from solidwhirl.analyses import base
-from solidwhirl.core.blocks import AnalysisBlock, Table, Text, numbers, whirl_text
+from solidwhirl.core.blocks import (
+    AnalysisBlock,
+    Table,
+    Text,
+    margin_words,
+    numbers,
+    whirl_text,
+)
 from solidwhirl.core.fields import MOST
 from solidwhirl.core.outcome import Outcome
 from solidwhirl.core.plain_data import Labels
@@ -323,12 +330,3 @@ def _margin_text(m: Mapping[str, Any]) -> str:
         words.append(f"amplification factor {m['amplification_factor']:.3g}")
     words.append(f"15 %: {m['verdict_15_percent']}")
     return "\n".join(words)
-
-
-def margin_words(margin: float) -> str:
-    """Return (N_c − N_op) / N_op in words, such as "66.3 % below", or "inside"."""
-    if margin == 0.0:
-        return "inside"
-    size = 100.0 * abs(margin)
-    said = f"{size:.1f}" if round(size, 1) > 0.0 else "less than 0.1"
-    return f"{said} % {'above' if margin > 0.0 else 'below'}"

@@ -17,6 +17,7 @@ from solidwhirl.files.vtk_files import Grid, write_pvd, write_vtu
 from solidwhirl.rotordyn import AnalysisError, AssembledSystem
 from solidwhirl.rotordyn.assembly.coordinates import body_rows
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
+from solidwhirl.rotordyn.superelement.surface import angles
 
 #: Makes the recovery of a body by its name (`reduction.recovery.stresses`).
 Recoveries = Callable[[str], Any]
@@ -25,8 +26,11 @@ FOLDER = "recovery"
 _ENERGY_LIMIT = 1e-8
 # Where the superelement is a mean over turns of an anisotropic mesh, which the field is not.
 _UNEVEN_LIMIT = 0.1
-# Points whose surroundings in θ are looked at for the largest value, and angles there.
-_CANDIDATES, _ANGLES = 8, 720
+# Angles at which a meridian is looked at, points whose surroundings in θ are looked at for the
+# largest value, and angles there.
+_COARSE, _CANDIDATES, _ANGLES = 24, 8, 720
+# Points whose fields are made at once.
+_AT_ONCE = 100_000
 # Values nearer to each other are one but for rounding.
 _EQUAL = 1e-9
 
@@ -46,10 +50,18 @@ class Recovered:
 
     body: str
     state: EngineState
-    space: Any
+    #: At the mesh, see `reduction.recovery.stresses`
+    fields: Any
+    sectors: int
     document: dict[str, Any]
     energy_limit: float
     elastic_j: float
+
+    def in_space(self) -> Any:
+        """Fields in space, which take more memory than all else."""
+        from solidwhirl.reduction.recovery.spatial_fields import in_space
+
+        return in_space(self.fields, self.sectors)
 
 
 def bodies_of(
@@ -81,8 +93,6 @@ def _recovered(
     motion: NDArray[Any],
     speed_rad_s: float,
 ) -> Recovered:
-    from solidwhirl.reduction.recovery.spatial_fields import in_space
-
     found = maker.recover(motion, speed_rad_s)
     element = system.system.rotors[name].element
     energy = float(0.5 * np.real(motion.conj() @ element.stiffness @ motion))
@@ -102,7 +112,8 @@ def _recovered(
     return Recovered(
         body=name,
         state=state,
-        space=in_space(found, asked.sectors),
+        fields=found,
+        sectors=asked.sectors,
         document=document,
         elastic_j=kinetic * lowest**2 if np.isfinite(lowest) else 0.0,
         energy_limit=_UNEVEN_LIMIT if maker.is_averaged else _ENERGY_LIMIT,
@@ -111,12 +122,29 @@ def _recovered(
 
 def _largest_displacement(found: Any, sectors: int) -> tuple[float, list[float]]:
     """Largest displacement over the cycle [m] and its place."""
-    from solidwhirl.reduction.recovery.spatial_fields import in_space
+    from solidwhirl.reduction.recovery.spatial_fields import places, values_at
 
-    space = in_space(found, sectors)
-    size = cycle_length(space.displacement_m)
-    at = int(size.argmax())
-    return float(size[at]), space.points_m[at].tolist()
+    points = found.points
+    theta = _around(points, sectors)
+    size = np.concatenate(
+        [
+            cycle_length(values_at(found.terms, points, some)[0].reshape(-1, 3))
+            for some in _in_parts(theta, len(points.points_m))
+        ]
+    )
+    j, node = divmod(int(size.argmax()), len(points.points_m))
+    at = places(points.points_m[node : node + 1], theta[j : j + 1])[0, 0]
+    return float(size.max()), at.tolist()
+
+
+def _around(points: Any, half_planes: int) -> NDArray[np.float64]:
+    """Angles of the half planes of a meridian, or of the copies of a sector."""
+    return angles(half_planes if points.points_m.shape[1] == 2 else points.copies)
+
+
+def _in_parts(theta: NDArray[np.float64], points: int) -> list[NDArray[np.float64]]:
+    """Angles in parts that do not take much memory."""
+    return np.array_split(theta, min(len(theta), 1 + len(theta) * points // _AT_ONCE))
 
 
 def cycle_length(vectors: NDArray[Any]) -> NDArray[np.float64]:
@@ -146,50 +174,43 @@ def _stresses(found: Any, materials: tuple[str, ...], has_size: bool) -> dict[st
 def _largest_stress(
     found: Any, terms: tuple[Any, ...], steady: tuple[Any, ...], materials: tuple[str, ...]
 ) -> dict[str, Any]:
-    """Largest von Mises stress over the solid and the cycle; in θ it is sought finely."""
-    from solidwhirl.reduction.recovery.spatial_fields import values_at
+    """Largest von Mises stress over the solid and the cycle; on a meridian θ is sought finely."""
+    from solidwhirl.reduction.recovery.spatial_fields import places, values_at
     from solidwhirl.reduction.recovery.stress_measures import peak_von_mises, principal_range
 
     points = found.points
-    flat = points.points_m.shape[1] == 2
-    coarse = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
-    theta = coarse if flat else np.pi * np.arange(points.copies)
+    theta = _around(points, _COARSE)
 
-    def peaks(kept: NDArray[np.int64], angles: NDArray[np.float64]) -> Any:
-        moving = values_at(terms, points, angles, kept)[1].reshape(-1, 6)
-        rest = values_at(steady, points, angles, kept)[1].reshape(-1, 6) if steady else None
-        return peak_von_mises(moving, rest)[0].reshape(len(angles), -1), moving, rest
+    def stresses(kept: NDArray[np.int64], theta: NDArray[np.float64]) -> Any:
+        moving = values_at(terms, points, theta, kept)[1].reshape(-1, 6)
+        rest = values_at(steady, points, theta, kept)[1].reshape(-1, 6) if steady else None
+        return moving, rest
 
-    everywhere = np.arange(len(points.points_m))
-    stress, _, _ = peaks(everywhere, theta)
-    if flat:
+    def peaks(kept: NDArray[np.int64], theta: NDArray[np.float64]) -> NDArray[np.float64]:
+        parts = _in_parts(theta, len(kept))
+        found = [peak_von_mises(*stresses(kept, some))[0] for some in parts]
+        return np.concatenate(found).reshape(len(theta), -1)
+
+    kept = np.arange(len(points.points_m))
+    stress = peaks(kept, theta)
+    sector = None if points.copies == 1 else 0
+    if sector is None and len(theta) > 1:
         kept = np.argsort(stress.max(axis=0))[-_CANDIDATES:]
-        theta = np.linspace(0.0, 2.0 * np.pi, _ANGLES, endpoint=False)
-    else:
-        kept = np.unique(np.argsort(stress.max(axis=0))[-_CANDIDATES:])
-    stress, moving, rest = peaks(kept, theta)
+        theta = angles(_ANGLES)
+        stress = peaks(kept, theta)
     # the first of equals: at θ = 0 where all angles are the same
     highest_of = int((stress >= (1.0 - _EQUAL) * stress.max()).ravel().argmax())
     j, k = np.unravel_index(highest_of, stress.shape)
-    row = slice(int(j) * len(kept) + int(k), int(j) * len(kept) + int(k) + 1)
-    highest, lowest = principal_range(moving[row], None if rest is None else rest[row])
-    node, angle = int(kept[k]), float(theta[j])
+    node = kept[k : k + 1]
+    highest, lowest = principal_range(*stresses(node, theta[j : j + 1]))
     return {
         "largest_von_mises_pa": float(stress[j, k]),
-        "at_m": _place(points.points_m[node], angle),
-        "material": materials[points.point_material[node]],
+        "at_m": places(points.points_m[node], theta[j : j + 1])[0, 0].tolist(),
+        "sector": None if sector is None else int(j),
+        "material": materials[points.point_material[node[0]]],
         "largest_principal_pa": float(highest[0]),
         "smallest_principal_pa": float(lowest[0]),
     }
-
-
-def _place(point: NDArray[np.float64], theta: float) -> list[float]:
-    """Place in space of a point of a meridian at θ, or of a solid after a half turn or none."""
-    if len(point) == 2:
-        z, r = point
-        return [float(r * np.cos(theta)), float(r * np.sin(theta)), float(z)]
-    sign = -1.0 if theta > 0.0 else 1.0
-    return (point * [sign, sign, 1.0]).tolist()  # type: ignore[no-any-return]
 
 
 def state_files(asked: Asked, found: Recovered, phases: int) -> dict[str, Write]:
@@ -199,7 +220,7 @@ def state_files(asked: Asked, found: Recovered, phases: int) -> dict[str, Write]
             written, partial(_write_state, found, asked.stressed)
         )
     }
-    if not phases or not np.iscomplexobj(found.space.displacement_m):
+    if not phases or not any(np.iscomplexobj(t.displacement_m) for t in found.fields.terms):
         return files
     series = []
     for k in range(phases):
@@ -230,7 +251,7 @@ def _write_state(found: Recovered, stressed: bool, path: Path) -> None:
         von_mises,
     )
 
-    space, state = found.space, found.state
+    space, state = found.in_space(), found.state
     moved, stress = space.displacement_m, space.stress_pa
     vibrates = np.iscomplexobj(moved)
     fields: dict[str, Any] = {}
@@ -256,13 +277,13 @@ def _write_state(found: Recovered, stressed: bool, path: Path) -> None:
             fields["von_mises_total"] = peak_von_mises(stress, steady)[0]
         both = steady if state.has_size else None
         fields["principal_largest"], fields["principal_smallest"] = principal_range(stress, both)
-    _write_grid(found, fields, path)
+    _write_grid(found, space, fields, path)
 
 
 def _write_frame(found: Recovered, stressed: bool, phase: float, path: Path) -> None:
     from solidwhirl.reduction.recovery.stress_measures import von_mises
 
-    space, state = found.space, found.state
+    space, state = found.in_space(), found.state
     turn = np.exp(1j * phase)
     fields = {"displacement": (space.displacement_m * turn).real}
     if stressed:
@@ -270,13 +291,12 @@ def _write_frame(found: Recovered, stressed: bool, phase: float, path: Path) -> 
         fields["von_mises_dynamic"] = von_mises(now)
         if space.steady_stress_pa is not None and state.has_size:
             fields["von_mises_total"] = von_mises(now + space.steady_stress_pa)
-    _write_grid(found, fields, path)
+    _write_grid(found, space, fields, path)
 
 
-def _write_grid(found: Recovered, fields: Mapping[str, Any], path: Path) -> None:
-    state, space = found.state, found.space
+def _write_grid(found: Recovered, space: Any, fields: Mapping[str, Any], path: Path) -> None:
     numbers = {"speed_rpm": found.document["speed_rpm"]}
-    numbers |= {k: v for k, v in state.facts.items() if isinstance(v, float)}
+    numbers |= {k: v for k, v in found.state.facts.items() if isinstance(v, float)}
     grid = Grid(
         points_m=space.points_m,
         cells=space.cells,

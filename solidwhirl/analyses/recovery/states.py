@@ -14,7 +14,16 @@ from solidwhirl.analyses.base import Analysis, Sweep, number_text
 from solidwhirl.analyses.kinds.run_up import RunUpSpec
 from solidwhirl.analyses.kinds.unbalance_response import UnbalanceResponseSpec
 from solidwhirl.analyses.unbalances import end_of, unbalance_of
-from solidwhirl.core.fields import Count, FileName, Name, NotNegative, Place, Positive, Record
+from solidwhirl.core.fields import (
+    Count,
+    FileName,
+    Name,
+    NotNegative,
+    Place,
+    Positive,
+    Record,
+    several,
+)
 from solidwhirl.rotordyn import AnalysisError, AssembledSystem, End, modes_at_speed
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
 from solidwhirl.rotordyn.response.harmonic_response import harmonic_response, independent_loads
@@ -34,11 +43,6 @@ MOST_STATES, _MOST_TIMES, _MOST_PHASES = 50, 500, 120
 _SOURCES = ("mode", "response", "run_up")
 
 
-def _several(value: Any) -> Any:
-    """A number stands for a list of one."""
-    return (value,) if isinstance(value, int | float) else value
-
-
 class RecoveryStateSpec(Record):
     """One state, or several instants of one run-up: a mode, a response, or a run-up."""
 
@@ -51,7 +55,7 @@ class RecoveryStateSpec(Record):
     time_s: Annotated[
         tuple[Positive, ...] | None,
         Field(min_length=1, max_length=_MOST_TIMES),
-        BeforeValidator(_several),
+        BeforeValidator(several),
         WithJsonSchema(
             {"anyOf": [{"type": "number"}, {"type": "array", "items": {"type": "number"}}]}
         ),

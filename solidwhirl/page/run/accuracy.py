@@ -65,7 +65,8 @@ def accuracy_blocks(document: Mapping[str, Any]) -> Iterator[Block]:
     if effect is not None:
         lines.append(f"- {coupling_text(effect)}")
     yield Text(text="\n".join(lines))
-    solids = [name for name, b in document["bodies"].items() if b["level"] == "solid"]
+    given = found.get("meshes_without_estimate", ())
+    later = [n for n, b in document["bodies"].items() if b.get("source") and n not in given]
     parts = document["campbell"].get("error_parts", {})
     remarks = {"interface_coupling": "a choice of the model, not summed"}
     rows = [(p.replace("_", " "), _largest(v), remarks.get(p, "")) for p, v in parts.items()]
@@ -75,8 +76,8 @@ def accuracy_blocks(document: Mapping[str, Any]) -> Iterator[Block]:
             head=("part", "largest of all branches and speeds", ""),
             rows=rows,
         )
-    if found["rounds"] and (len(found["rounds"]) > 1 or solids):
-        yield _rounds(found["rounds"], solids)
+    if found["rounds"] and (len(found["rounds"]) > 1 or later):
+        yield _rounds(found["rounds"], later)
 
 
 def _largest(values: Any) -> str | None:
@@ -84,10 +85,10 @@ def _largest(values: Any) -> str | None:
     return f"{max(known):.1e}" if known else None
 
 
-def _rounds(rounds: Any, solids: Sequence[str]) -> Table:
+def _rounds(rounds: Any, compared: Sequence[str]) -> Table:
     later = (
-        f" The mesh of {', '.join(solids)} is compared with a finer one after the last round: it "
-        "is in the largest estimate above and not in those of the rounds."
+        f" The mesh of {', '.join(compared)} is compared with a coarser one after the last round: "
+        "it is in the largest estimate above and not in those of the rounds."
     )
     return Table(
         title="Rounds of refinement",
@@ -104,7 +105,7 @@ def _rounds(rounds: Any, solids: Sequence[str]) -> Table:
         ],
         caption="Meshes are refined where the estimate says that the error arises, and modes are "
         "added, until the estimate is below what was asked or gets no better."
-        + (later if solids else ""),
+        + (later if compared else ""),
     )
 
 

@@ -7,8 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from solidwhirl.analyses.base import Operating
-from solidwhirl.analyses.kinds.separation_margins import margin_words
-from solidwhirl.core.blocks import warning
+from solidwhirl.core.blocks import margin_words, warning
 from solidwhirl.core.check_report import checks_line, failure_lines
 from solidwhirl.page.drawing.engine import small_picture
 from solidwhirl.page.frame.records import Block, Row, Run, Section, Table, Text

@@ -15,7 +15,7 @@ from solidwhirl.pipeline.run import run_scene
 from solidwhirl.scene_reading.reader import parse_scene
 
 ROTATION = ("gyroscopic", "stress_stiffening", "spin_softening")
-MATRICES = {"stiffness", "mass", "spin", "axisymmetric_stiffness", *ROTATION}
+MATRICES = {"stiffness", "mass", "component_mass", "axisymmetric_stiffness", *ROTATION}
 DISK = disk("hub", mass_kg=1.0, polar=0.02, diametral=0.01)
 TILTING = {"tilt_stiffness_n_m_per_rad": 1e4}
 AXIAL = {"axial_stiffness_n_per_m": 1e6}
@@ -54,7 +54,7 @@ def test_at_rest_nothing_of_rotation_is_computed(planned, changes):
         assert not plan.on(name)
         assert "nothing turns" in why(plan, name)
     own = plan.bodies["rotor"]
-    assert (own.matrices, own.factorisations, own.eigenproblems) == (2, 1, 1)
+    assert (own.matrices, own.factorisations, own.eigenproblems) == (3, 1, 1)
     assert own.maximum_speed_rad_s == 0.0
 
 
@@ -268,9 +268,7 @@ def test_run_keeps_to_the_plan(counted, case):
     factorised = sum(name.startswith("factorisation") for name in solved)
     assert factorised + prestress == done["factorisations"]
     assert sum(name.startswith("fixed-interface modes") for name in solved) == done["eigenproblems"]
-    assert list(entry["assembled"]) == (
-        ["solid"] if own.level == "solid" else [f"n={n}" for n in own.orders]
-    )
+    assert list(entry["assembled"]) == [f"n={n}" for n in own.orders]
     # fast enough for the prestress to matter all that is planned is done; slow, modes once
     reached = {"lateral": (3, 2), "slow": (2, 1)}.get(case)
     assert reached in (None, (done["factorisations"], done["eigenproblems"]))
@@ -281,7 +279,7 @@ def test_run_keeps_to_the_plan(counted, case):
 @pytest.mark.solver
 def test_at_rest_nothing_of_rotation_is_assembled(counted):
     results, document, done = counted(rpm=None)
-    assert document["bodies"]["rotor"]["assembled"] == {"n=1": ["stiffness", "mass"]}
+    assert document["bodies"]["rotor"]["assembled"] == {"n=1": ["stiffness", "mass", "component_mass"]}
     assert "prestress" not in done
     element = results.bodies["rotor"].element
     assert not element.gyroscopic.any()

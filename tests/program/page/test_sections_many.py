@@ -11,7 +11,8 @@ from everything import everything
 
 from solidwhirl.analyses.base import Operating
 from solidwhirl.analyses.kinds.bearing_laws import Law, law_chart
-from solidwhirl.analyses.kinds.separation_margins import margin_blocks, margin_words
+from solidwhirl.analyses.kinds.separation_margins import margin_blocks
+from solidwhirl.core.blocks import margin_words
 from solidwhirl.drawing.engine import matrix_text, stiffness_text
 from solidwhirl.page.frame.plotly_chart import page_chart
 from solidwhirl.page.frame.records import Chart, Picture, Row

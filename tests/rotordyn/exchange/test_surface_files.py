@@ -8,11 +8,12 @@ import h5py
 import meshio
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 from shapes import body, plane, section
 
 from solidwhirl.files.surface_files import write_surface_vtkhdf, write_surface_vtu
 from solidwhirl.rotordyn import SuperelementError
-from solidwhirl.rotordyn.superelement.surface import Surface, beam_surface
+from solidwhirl.rotordyn.superelement.surface import Copies, Surface, beam_surface
 
 NODES = np.array([0.0, 0.1, 0.2, 0.4])
 OUTER, INNER = np.array([0.02, 0.03, 0.015]), np.array([0.0, 0.01, 0.01])
@@ -246,7 +247,7 @@ def test_a_reduced_rotor_brings_the_surface_of_its_outline(harmonic_rotor, tmp_p
 def test_a_reduced_solid_brings_its_triangles():
     from mpi4py import MPI
 
-    from solidwhirl.meshing import MeshSize, mesh_solid
+    from solidwhirl.meshing import MeshSize, mesh_revolved
     from solidwhirl.reduction import ReductionRequest, reduce_body
 
     ends = (plane("front", 0.0), plane("rear", 0.1))
@@ -261,7 +262,7 @@ def test_a_reduced_solid_brings_its_triangles():
         gyroscopic=False,
         centrifugal=False,
     )
-    mesh = mesh_solid(tube, MeshSize(size_m=0.04, corner_size_m=0.04, around=8))
+    mesh = mesh_revolved(tube, MeshSize(size_m=0.04, corner_size_m=0.04, around=8))
     element, _ = reduce_body(tube, mesh, MPI.COMM_SELF, request, {})
     surface = element.surface
     assert surface is not None and surface.kind == "solid"
@@ -270,3 +271,106 @@ def test_a_reduced_solid_brings_its_triangles():
     # triangles between the corners of curved elements: inside the tube, measured 10 % less
     exact = np.pi * (0.04**2 - 0.02**2) * 0.1
     assert 0.8 * exact < volume(surface.faces(1)) < exact
+
+
+def _tube(count, mirrored, steps=4):
+    """Outside, inside and ends of the sector of a round tube, (z, r) and θ of its points."""
+    angle = 2.0 * np.pi / count * (0.5 if mirrored else 1.0)
+    corners = np.array([[0.1, 0.02], [0.1, 0.03], [0.4, 0.03], [0.4, 0.02]])
+    theta = angle * np.arange(steps + 1) / steps
+    z, r = (np.tile(corners[:, k], steps + 1) for k in (0, 1))
+    around = np.repeat(theta, 4)
+    points = np.column_stack([r * np.cos(around), r * np.sin(around), z])
+    cells = []
+    for k in range(steps):
+        for c in range(4):
+            a, b, d, e = 4 * k + c, 4 * k + (c + 1) % 4, 4 * k + 4 + c, 4 * k + 4 + (c + 1) % 4
+            cells += [[a, d, b], [b, d, e]]
+    return points, np.array(cells), z, r, around
+
+
+def _sector_of_tube(count, mirrored):
+    """Rigid motions ux, uy, uz, rx, ry, rz as fields of the index 1 and 0 on a sector."""
+    points, cells, *_ = _tube(count, mirrored)
+    x, y, z = points.T
+    one, zero = np.ones_like(x), np.zeros_like(x)
+    bending = np.stack([one, 1j * one, zero], axis=1)
+    tilting = np.stack([z, 1j * z, -(x + 1j * y)], axis=1)
+    torsion = np.stack([-y, x, zero], axis=1) * (1j if mirrored else 1.0)
+    axial = np.stack([zero, zero, one], axis=1).astype(complex)
+    fields = [bending, bending, axial, -tilting, tilting, torsion]  # c = ry + i rx
+    return Surface(
+        points_m=points,
+        cells=cells,
+        amplitudes=np.stack(fields, axis=2),
+        coordinate=np.arange(6),
+        order=np.array([1, 1, 0, 1, 1, 0]),
+        family=np.array([0, 1, 0, 1, 0, 0]),
+        size=6,
+        copies=Copies(count=count, mirrored=mirrored),
+    )
+
+
+@pytest.mark.parametrize(("count", "mirrored"), [(3, False), (7, False), (5, True), (12, True)])
+def test_a_sector_moves_rigidly_with_all_its_copies(count, mirrored):
+    sector = _sector_of_tube(count, mirrored)
+    assert_rigid(sector, dict(enumerate(np.eye(6))), 0)
+    steps = count * (8 if mirrored else 4)
+    exact = 0.5 * steps * np.sin(2.0 * np.pi / steps) * (0.03**2 - 0.02**2) * 0.3
+    assert volume(sector.faces(0)) == pytest.approx(exact, rel=1e-12)
+    whirl = sector.displacement([1.0, -1.0j, 0.0, 0.0, 0.0, 0.0], 0)
+    assert whirl == pytest.approx(np.broadcast_to([1.0, -1.0j, 0.0], whirl.shape), abs=1e-6)
+    faces = sector.faces(0)
+    whole = sector.as_solid(np.arange(len(faces.points_m)), faces.triangles)
+    assert_rigid(whole, dict(enumerate(np.eye(6))), 0)
+    few = sector.of_coordinates([2, 4])
+    np.testing.assert_array_equal(
+        few.displacement([2.0, 3.0], 0), sector.displacement([0, 0, 2, 0, 3, 0], 0)
+    )
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_a_sector_moves_as_the_meridian_of_the_same_body(mirrored):
+    """Bending of a ring: Φ = e^{iθ} (a, −ib, c) along r, θ, z is its order 1."""
+    count = 8
+    points, cells, z, r, theta = _tube(count, mirrored, 1)
+    rng = np.random.default_rng(5)
+    ring = rng.standard_normal((4, 3))
+    a, b, c = np.tile(ring, (2, 1)).T
+    phase = np.exp(1j * theta)
+    radial = np.stack([np.cos(theta), np.sin(theta), 0.0 * theta], axis=1)
+    around = np.stack([-np.sin(theta), np.cos(theta), 0.0 * theta], axis=1)
+    field = (phase * a)[:, None] * radial - 1j * (phase * b)[:, None] * around
+    field[:, 2] = phase * c
+    both = {"coordinate": [0, 1], "order": [1, 1], "family": [0, 1], "size": 2}
+    sector = Surface(
+        points_m=points,
+        cells=cells,
+        amplitudes=np.stack([field, field], axis=2),
+        copies=Copies(count=count, mirrored=mirrored),
+        **both,
+    )
+    meridian = Surface(
+        points_m=np.column_stack([z[:4], r[:4]]),
+        cells=np.empty((0, 2)),
+        amplitudes=np.stack([ring, ring], axis=2),
+        **both,
+    )
+    angles = count * (2 if mirrored else 1)
+    place, exact = meridian.faces(angles).points_m, meridian.displacement([0.3, -1.1j], angles)
+    gap, nearest = cKDTree(place).query(sector.faces(0).points_m)
+    assert gap.max() < 1e-12
+    moved = sector.displacement([0.3, -1.1j], 0)
+    assert np.abs(moved - exact[nearest]).max() < 1e-6
+
+
+def test_sectors_that_are_none_are_refused():
+    sector = _sector_of_tube(4, True)
+    for change, words in (
+        ({"copies": Copies(count=0, mirrored=True)}, "copies are 0"),
+        ({"copies": None}, "complex"),
+        ({"points_m": sector.points_m[:, :2], "cells": np.empty((0, 2))}, r"3 \(sector\)"),
+        ({"amplitudes": sector.amplitudes * np.nan}, "finite"),
+    ):
+        with pytest.raises(SuperelementError, match=words):
+            dataclasses.replace(sector, **change)

@@ -17,7 +17,8 @@ from solidwhirl.rotordyn import (
     rigid_superelement,
     write_superelement,
 )
-from solidwhirl.rotordyn.superelement.surface import Surface
+from solidwhirl.rotordyn.storage.sidecar import superelement_document
+from solidwhirl.rotordyn.superelement.surface import Copies, Surface
 
 
 @pytest.fixture(scope="module")
@@ -74,8 +75,9 @@ def _assert_same(first: Superelement, second: Superelement):
                 assert a.position_m.tobytes() == b.position_m.tobytes()
         elif field.name in ("moments", "surface") and left is not None:
             for part in dataclasses.fields(left):
-                a, b = (np.asarray(getattr(side, part.name)) for side in (left, right))
-                assert a.tobytes() == b.tobytes(), part.name
+                a, b = (getattr(side, part.name) for side in (left, right))
+                same = a.tobytes() == b.tobytes() if isinstance(a, np.ndarray) else a == b
+                assert same, part.name
         else:
             assert left == right, field.name
 
@@ -92,6 +94,72 @@ def test_round_trip_of_rigid_bodies_and_of_those_without_points(general, hub, tm
         path = tmp_path / f"{index}.h5"
         write_superelement(body, str(path))
         _assert_same(read_superelement(str(path)), body)
+
+
+@pytest.fixture(scope="module")
+def sector(element):
+    """The surface of half a sector of seven, in the coordinates 0 and 1."""
+    rng = np.random.default_rng(8)
+    field = rng.standard_normal((3, 3, 2)) + 1j * rng.standard_normal((3, 3, 2))
+    return dataclasses.replace(
+        element,
+        level="solid",
+        harmonics=(0, 1),
+        cyclic_sectors=7,
+        surface=Surface(
+            points_m=rng.standard_normal((3, 3)),
+            cells=np.array([[0, 1, 2]]),
+            amplitudes=field,
+            coordinate=np.array([0, 1]),
+            order=np.array([1, 1]),
+            family=np.array([0, 1]),
+            size=element.size,
+            copies=Copies(count=7, mirrored=True),
+        ),
+    )
+
+
+def test_round_trip_of_a_sector(sector, tmp_path):
+    path = tmp_path / "sector.h5"
+    write_superelement(sector, path)
+    found = read_superelement(path)
+    _assert_same(found, sector)
+    assert (found.cyclic_sectors, found.harmonics) == (7, (0, 1))
+    assert superelement_document(found)["cyclic_sectors"] == 7
+    with h5py.File(path) as file:  # readers of 1.3 know two kinds of surface
+        assert "surface" not in file and file["sector_surface"].attrs["kind"] == "sector"
+
+
+@pytest.mark.parametrize(
+    ("damage", "words"),
+    [
+        (lambda f: f.attrs.__setitem__("cyclic_sectors", 2), "cyclic_sectors is 2, allowed"),
+        (lambda f: f.attrs.__setitem__("cyclic_sectors", 7.5), "'cyclic_sectors' is 7.5"),
+        (lambda f: f.attrs.__setitem__("cyclic_sectors", -7), "'cyclic_sectors' is -7"),
+        (lambda f: f.attrs.__delitem__("cyclic_sectors"), "one of 7 sectors"),
+        (lambda f: f["sector_surface"].attrs.__setitem__("copies", 8), "one of 8 sectors"),
+        (lambda f: f["sector_surface"].attrs.__setitem__("copies", "all"), "'copies' is 'all'"),
+        (lambda f: f["sector_surface"].attrs.__setitem__("kind", "solid"), "is of kind 'solid'"),
+        (lambda f: f.__delitem__("sector_surface/amplitudes_imaginary"), "is missing"),
+    ],
+)
+def test_damaged_sectors_are_refused(sector, tmp_path, damage, words):
+    path = tmp_path / "sector.h5"
+    write_superelement(sector, path)
+    with path.open("r+b") as file:
+        file.write(bytes(512))
+    with h5py.File(path, "r+") as file:
+        damage(file)
+    with pytest.raises(SuperelementError, match=words):
+        read_superelement(path)
+
+
+def test_files_of_1_3_have_no_sectors(element, written, copy):
+    """Such a file: no `cyclic_sectors`, another version, a surface of another kind."""
+    with h5py.File(copy, "r+") as file:
+        assert "cyclic_sectors" not in file.attrs
+        file.attrs["format_version"] = "1.3.0"
+    _assert_same(read_superelement(copy), element)
 
 
 def test_writing_replaces_and_leaves_nothing_behind(hub, tmp_path):

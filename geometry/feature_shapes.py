@@ -1,0 +1,194 @@
+"""Where the features of a body are: the angles that they take up, and the volume they add."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from solidwhirl.geometry.features import Blade, Feature, Hole, Slot
+from solidwhirl.geometry.profile import Section
+from solidwhirl.rotordyn.core.arrays import FloatArray
+
+# Points of the quadratures: integrands are smooth, these reach round-off on usual shapes.
+_ACROSS, _ALONG = 24, 12
+# The inclination of a blade's surface is small: each turn gains a digit or more.
+_TURNS = 20
+# Staggers with smaller sines are none.
+_NO_STAGGER = 1e-9
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class Volume:
+    """Hold the volume of all features of a set as rings: arrays of one shape, negative if cut."""
+
+    volume_m3: FloatArray
+    axial_m: FloatArray
+    square_radius_m2: FloatArray
+
+
+def gauss_rule(count: int, start: float = 0.0, end: float = 1.0) -> tuple[FloatArray, FloatArray]:
+    """Return nodes and weights (count,) of the Gauss-Legendre rule on an interval."""
+    nodes, weights = np.polynomial.legendre.leggauss(count)  # type: ignore[no-untyped-call]
+    half = 0.5 * (end - start)
+    return start + half * (nodes + 1.0), half * weights
+
+
+def largest_radius(section: Section) -> float:
+    """Largest outer radius [m], from which lengths of blades and depths of slots count."""
+    return max(section.outer_radius_m)
+
+
+def surface_radius(section: Section, axial_m: FloatArray) -> FloatArray:
+    """Outer radius [m] at axial places, continued in a straight line beyond the section."""
+    first, last = section.outer_radius_m
+    share = (axial_m - section.start_m) / (section.end_m - section.start_m)
+    return first + share * (last - first)
+
+
+def blade_place(blade: Blade, section: Section) -> float:
+    """Axial place [m] of a blade's radial line."""
+    return 0.5 * (section.start_m + section.end_m) if blade.at_m is None else blade.at_m
+
+
+def blade_section(
+    blade: Blade, section: Section, x_m: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Chord [m], thickness [m] and stagger [rad] at distances x from the axis, (...) each."""
+    share = (x_m - largest_radius(section)) / blade.length_m
+    ends = (blade.chord_m, blade.thickness_m, blade.stagger_deg)
+    chord, thickness, stagger = (first + share * (last - first) for first, last in ends)
+    return chord, thickness, np.radians(stagger)
+
+
+def blade_root(
+    blade: Blade, section: Section, along: FloatArray, across: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Where lines of a blade meet the surface of its section.
+
+    `along`, `across`: s / chord and t / thickness of the lines, from -1/2 to 1/2. Result: distance
+    x along the radial line and axial place z [m].
+    """
+    x = np.full(np.broadcast_shapes(along.shape, across.shape), largest_radius(section))
+    z = x
+    for _ in range(_TURNS):
+        y, dz = _plate_point(blade, section, x, along, across)
+        z = blade_place(blade, section) + dz
+        x = np.sqrt(np.maximum(surface_radius(section, z) ** 2 - y**2, 0.0))
+    return x, z
+
+
+def _plate_point(
+    blade: Blade, section: Section, x_m: FloatArray, along: FloatArray, across: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Tangential place y and axial distance from the radial line [m] of a point of a blade."""
+    chord, thickness, stagger = blade_section(blade, section, x_m)
+    s, t = chord * along, thickness * across
+    y, dz = s * np.sin(stagger) + t * np.cos(stagger), s * np.cos(stagger) - t * np.sin(stagger)
+    return y, dz
+
+
+def angular_range(
+    feature: Feature, section: Section, axial_m: FloatArray, radius_m: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Angles [rad] from the middle of a feature at which it begins and ends, in circles (z, r).
+
+    They are in wrong order, by the more the farther off, where it does not meet the circle. The
+    flat tips of blades and the surface of the section, which bound a range of radii, are left out.
+    """
+    if isinstance(feature, Blade):
+        return _blade_angles(feature, section, axial_m, radius_m)
+    if isinstance(feature, Slot):
+        bottom = largest_radius(section) - feature.depth_m
+        half = np.minimum(
+            _arc_cosine(bottom / radius_m), np.arcsin(_unit(0.5 * feature.width_m / radius_m))
+        )
+    else:
+        pitch = feature.pitch_radius_m
+        square = radius_m**2 + pitch**2 - 0.25 * feature.diameter_m**2
+        half = _arc_cosine(square / (2.0 * radius_m * pitch))
+    return -half, half
+
+
+def _arc_cosine(value: FloatArray) -> FloatArray:
+    """Arc cosine, continued by negative values above 1."""
+    found: FloatArray = np.where(value > 1.0, 1.0 - value, np.arccos(_unit(value)))
+    return found
+
+
+def _unit(value: FloatArray) -> FloatArray:
+    clipped: FloatArray = np.clip(value, -1.0, 1.0)
+    return clipped
+
+
+def _blade_angles(
+    blade: Blade, section: Section, axial_m: FloatArray, radius_m: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Where the four faces of a plate lie in circles; two bound it there."""
+    dz, radius = np.broadcast_arrays(axial_m - blade_place(blade, section), radius_m)
+
+    def bounds(y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        x = np.sqrt(np.maximum(radius**2 - y**2, 0.0))
+        chord, thickness, stagger = blade_section(blade, section, x)
+        sine, cosine = np.sin(stagger), np.cos(stagger)
+        sine = np.where(np.abs(sine) < _NO_STAGGER, _NO_STAGGER, sine)
+        flanks = [(dz * sine + side * 0.5 * thickness) / cosine for side in (-1.0, 1.0)]
+        edges = [(side * np.sign(sine) * 0.5 * chord - dz * cosine) / sine for side in (-1.0, 1.0)]
+        return np.maximum(flanks[0], edges[0]), np.minimum(flanks[1], edges[1])
+
+    first = last = np.zeros(dz.shape)
+    for _ in range(_TURNS):
+        first, last = bounds(first)[0], bounds(last)[1]
+    return np.arcsin(_unit(first / radius)), np.arcsin(_unit(last / radius))
+
+
+def feature_volume(feature: Feature, section: Section) -> Volume:
+    """Volume of a set of features that fits its section, as it is drawn, by Gauss quadrature."""
+    if isinstance(feature, Blade):
+        return _blade_volume(feature, section)
+    return _slot_volume(feature, section) if isinstance(feature, Slot) else _hole(feature, section)
+
+
+def _hole(hole: Hole, section: Section) -> Volume:
+    """Cylinders: three places along the axis have their moments exactly."""
+    radius = 0.5 * hole.diameter_m
+    axial, weights = gauss_rule(3, section.start_m, section.end_m)
+    return Volume(
+        volume_m3=-hole.count * math.pi * radius**2 * weights,
+        axial_m=axial,
+        square_radius_m2=np.full(3, hole.pitch_radius_m**2 + 0.5 * radius**2),
+    )
+
+
+def _slot_volume(slot: Slot, section: Section) -> Volume:
+    y, weights_y = gauss_rule(_ACROSS, -0.5 * slot.width_m, 0.5 * slot.width_m)
+    z, weights_z = gauss_rule(_ALONG, slot.start_m, slot.end_m)
+    share, weights_x = gauss_rule(_ALONG)
+    y, z = y[:, None, None], z[:, None]
+    bottom = largest_radius(section) - slot.depth_m
+    height = np.sqrt(surface_radius(section, z) ** 2 - y**2) - bottom
+    volume = weights_y[:, None, None] * weights_z[:, None] * height * weights_x
+    return Volume(
+        volume_m3=-slot.count * volume,
+        axial_m=np.broadcast_to(z, volume.shape),
+        square_radius_m2=(bottom + height * share) ** 2 + y**2,
+    )
+
+
+def _blade_volume(blade: Blade, section: Section) -> Volume:
+    along, weights_s = gauss_rule(_ACROSS, -0.5, 0.5)
+    across, weights_t = gauss_rule(_ALONG, -0.5, 0.5)
+    share, weights_x = gauss_rule(_ALONG)
+    along, across = along[:, None, None], across[:, None]
+    root, _ = blade_root(blade, section, along, across)
+    height = largest_radius(section) + blade.length_m - root
+    x = root + height * share
+    chord, thickness, _ = blade_section(blade, section, x)
+    y, dz = _plate_point(blade, section, x, along, across)
+    weights = weights_s[:, None, None] * weights_t[:, None] * weights_x
+    return Volume(
+        volume_m3=blade.count * weights * height * chord * thickness,
+        axial_m=blade_place(blade, section) + dz,
+        square_radius_m2=x**2 + y**2,
+    )

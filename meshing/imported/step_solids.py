@@ -1,0 +1,273 @@
+"""Solids of a STEP file in gmsh's CAD kernel: cut along boxes, cut into a sector, made periodic.
+
+The kernel works in millimetres of the file's own coordinates.
+"""
+
+from __future__ import annotations
+
+import gmsh
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from solidwhirl.meshing.errors import MeshingError
+from solidwhirl.meshing.imported.records import MeshRequest, axis_turn
+from solidwhirl.meshing.imported.turning import angles_taken
+from solidwhirl.meshing.records import FloatArray
+
+#: Unit that geometry is worked on in, whatever the file's: gmsh's kernel takes points nearer than
+#: 1e-7 for one.
+UNIT, UNIT_M = "MM", 1e-3
+Entity = tuple[int, int]
+# Places on every curve that tell where a geometry lies.
+_ALONG = 25
+# Middles, areas and second moments of faces that are the same, over the size of the body.
+_SAME = 1e-5
+# A wedge reaches this much farther than the body.
+_BEYOND = 1.2
+
+
+def imprint(volumes: list[int], request: MeshRequest) -> list[int]:
+    """Cut the solids along the boxes of interfaces; gives the solids that come of it.
+
+    Of a body of sectors copies of a box cut as well: what they select is the same in all sectors.
+    """
+    for interface in request.interfaces:
+        if interface.box_m is None:
+            continue
+        low, high = (np.array(corner) / UNIT_M for corner in interface.box_m)
+        for k in _turns_of_box(low, high, request):
+            # one by one: boxes that overlap need not be cut along each other outside
+            box = (3, gmsh.model.occ.addBox(*low, *(high - low)))
+            _put_on_axis(box, request, 2.0 * np.pi * k / (request.sectors or 1))
+            volumes = _only(fragment([(3, tag) for tag in volumes], [box])[0])
+    return volumes
+
+
+def _turns_of_box(low: FloatArray, high: FloatArray, request: MeshRequest) -> range:
+    """Turns of a box by 2π/N that are wanted: one of a box that goes around the whole body."""
+    reach = np.hypot(*_places(request)[:, :2].T).max() if request.sectors else 0.0
+    around = (low[:2] <= -reach).all() and (high[:2] >= reach).all()
+    return range(1 if around else request.sectors or 1)
+
+
+def fragment(solids: list[Entity], tools: list[Entity]) -> tuple[set[Entity], set[Entity]]:
+    """Cut solids along each other and along tools; gives the pieces of both, with labels."""
+    faces = gmsh.model.getEntities(2)
+    given = [*solids, *faces]
+    labels = [label(*entity) for entity in given]
+    _, came_from = gmsh.model.occ.fragment(solids, [*faces, *tools])
+    gmsh.model.occ.synchronize()
+    for (dimension, _), name, made in zip(given, labels, came_from, strict=False):
+        for entity in made:
+            if name and entity[0] == dimension:
+                gmsh.model.setEntityName(*entity, name)
+    of_tools = came_from[len(given) :]
+    return (
+        {entity for made in came_from[: len(solids)] for entity in made},
+        {entity for made in of_tools for entity in made},
+    )
+
+
+def label(dimension: int, tag: int) -> str:
+    """Last part of an entity's label; STEP files put assemblies before it."""
+    return str(gmsh.model.getEntityName(dimension, tag)).rsplit("/", 1)[-1].strip()
+
+
+def _only(kept: set[Entity]) -> list[int]:
+    """Remove all other solids; gives the tags of those that are left."""
+    others = [entity for entity in gmsh.model.getEntities(3) if entity not in kept]
+    gmsh.model.occ.remove(others, recursive=True)
+    gmsh.model.occ.synchronize()
+    return [tag for _, tag in gmsh.model.getEntities(3)]
+
+
+def extents_m(request: MeshRequest) -> tuple[FloatArray, FloatArray]:
+    """Corners (3,) of the box around the whole body of sectors, z along its axis [m]."""
+    places = UNIT_M * _places(request)
+    reach = float(np.hypot(places[:, 0], places[:, 1]).max())
+    low, high = places[:, 2].min(), places[:, 2].max()
+    return np.array([-reach, -reach, low]), np.array([reach, reach, high])
+
+
+def sector_solids(volumes: list[int], request: MeshRequest) -> list[int]:
+    """Cut one of N sectors out of the solids if they are the whole; gives those of the sector.
+
+    The cuts are planes through the axis where they meet least. What a plane takes off a blade that
+    hangs over is put back on the other side. Raises MeshingError: the cut fails.
+    """
+    assert request.sectors is not None
+    places = _places(request)
+    angle = 2.0 * np.pi / request.sectors
+    if angles_taken(places[np.hypot(*places[:, :2].T) > 1e-6 * np.abs(places).max()]) <= 0.5 * (
+        angle + 2.0 * np.pi
+    ):
+        return volumes
+    before = sum(gmsh.model.occ.getMass(3, tag) for tag in volumes)
+    wedge = _wedge(places, _clear_angle(request), angle)
+    _put_on_axis(wedge, request, 0.0)
+    pieces, inside = fragment([(3, tag) for tag in volumes], [wedge])
+    kept = _only(pieces & inside)
+    if not kept:
+        raise MeshingError(f"sectors = {request.sectors}: no part of the solids is in a sector")
+    after = request.sectors * sum(gmsh.model.occ.getMass(3, tag) for tag in kept)
+    if abs(after - before) > _SAME * before:
+        raise MeshingError(
+            f"sectors = {request.sectors}: the file holds the whole, of {before * UNIT_M**3:.6g} "
+            f"m³, but {request.sectors} sectors cut out of it have {after * UNIT_M**3:.6g} m³: it "
+            "does not consist of equal sectors"
+        )
+    return _with_overhang(kept, request)
+
+
+def _wedge(places: FloatArray, start: float, angle: float) -> Entity:
+    """A wedge about z that is larger than the body."""
+    reach = _BEYOND * float(np.hypot(places[:, 0], places[:, 1]).max())
+    low, high = places[:, 2].min(), places[:, 2].max()
+    more = (_BEYOND - 1.0) * max(high - low, reach)
+    occ = gmsh.model.occ
+    face = (2, occ.addRectangle(0.0, low - more, 0.0, reach, high - low + 2.0 * more))
+    occ.rotate([face], 0, 0, 0, 1, 0, 0, 0.5 * np.pi)
+    occ.rotate([face], 0, 0, 0, 0, 0, 1, start)
+    made = occ.revolve([face], 0, 0, 0, 0, 0, 1, angle)
+    return next((d, t) for d, t in made if d == 3)
+
+
+def _clear_angle(request: MeshRequest) -> float:
+    """Angle of a plane through the axis that is farthest from all curves, but for rings."""
+    assert request.sectors is not None
+    sector = 2.0 * np.pi / request.sectors
+    found = [np.zeros(1)]
+    for _, tag in gmsh.model.getEntities(1):
+        curve = _on_curve(tag, request)
+        curve = curve[np.hypot(curve[:, 0], curve[:, 1]) > 1e-6 * np.abs(curve).max()]
+        if len(curve) and angles_taken(curve) < sector:
+            angle = np.arctan2(curve[:, 1], curve[:, 0])
+            # all between the ends too
+            turn = np.unwrap(angle)
+            found.append(np.linspace(turn.min(), turn.max(), _ALONG))
+    angle = np.sort(np.concatenate(found[1:] or found) % sector)
+    gaps = np.diff(np.append(angle, angle[0] + sector))
+    widest = int(gaps.argmax())
+    return float(angle[widest] + 0.5 * gaps[widest])
+
+
+def _with_overhang(volumes: list[int], request: MeshRequest) -> list[int]:
+    """Put parts that are not joined to the largest one sector on or back."""
+    assert request.sectors is not None
+    parts = _joined_parts(volumes)
+    if len(parts) == 1:
+        return volumes
+    mass = {tag: gmsh.model.occ.getMass(3, tag) for tag in volumes}
+    parts.sort(key=lambda part: -sum(mass[tag] for tag in part))
+    middle = _mean_angle(parts[0], request)
+    turn = 2.0 * np.pi / request.sectors
+    for part in parts[1:]:
+        away = (_mean_angle(part, request) - middle + np.pi) % (2.0 * np.pi) - np.pi
+        gmsh.model.occ.rotate(
+            [(3, tag) for tag in part],
+            *_frame(request)[:3, 3],
+            *_frame(request)[:3, 2],
+            -np.copysign(turn, away),
+        )
+    gmsh.model.occ.synchronize()
+    fragment([(3, tag) for tag in volumes], [])
+    return [tag for _, tag in gmsh.model.getEntities(3)]
+
+
+def _joined_parts(volumes: list[int]) -> list[list[int]]:
+    """Solids that hang together by faces."""
+    faces = {tag: set(gmsh.model.getAdjacencies(3, tag)[1]) for tag in volumes}
+    parts: list[list[int]] = []
+    left = list(volumes)
+    while left:
+        part = [left.pop(0)]
+        for tag in part:
+            beside = [other for other in left if faces[tag] & faces[other]]
+            part += beside
+            left = [other for other in left if other not in beside]
+        parts.append(part)
+    return parts
+
+
+def _mean_angle(volumes: list[int], request: MeshRequest) -> float:
+    frame = np.linalg.inv(_frame(request))
+    mass = [gmsh.model.occ.getMass(3, tag) for tag in volumes]
+    centre = np.average([gmsh.model.occ.getCenterOfMass(3, t) for t in volumes], 0, mass)
+    x, y, _, _ = frame @ np.append(centre, 1.0)
+    return float(np.arctan2(y, x))
+
+
+def make_periodic(request: MeshRequest) -> None:
+    """Ask for the same mesh on faces that, turned by 2π/N, lie on others.
+
+    Raises MeshingError: there are none, or gmsh finds that they are not the same.
+    """
+    assert request.sectors is not None
+    angle = 2.0 * np.pi / request.sectors
+    affine = _turn_about_axis(request, angle)
+    tags = [tag for _, tag in gmsh.model.getEntities(2)]
+    area = np.array([gmsh.model.occ.getMass(2, tag) for tag in tags])
+    centre = np.array([gmsh.model.occ.getCenterOfMass(2, tag) for tag in tags])
+    second = np.array([gmsh.model.occ.getMatrixOfInertia(2, tag) for tag in tags]).reshape(-1, 3, 3)
+    turn, size = affine[:3, :3], float(np.ptp(_places(request), axis=0).max())
+    matched = 0
+    for k, tag in enumerate(tags):
+        off = np.linalg.norm(centre - affine[:3] @ np.append(centre[k], 1.0), axis=1) / size
+        off = np.maximum(off, np.abs(area / area[k] - 1.0))
+        bent = np.abs(second - turn @ second[k] @ turn.T).max(axis=(1, 2))
+        off = np.maximum(off, bent / np.abs(second[k]).max())
+        if off.min() > _SAME or tags[int(off.argmin())] == tag:
+            continue
+        try:
+            gmsh.model.mesh.setPeriodic(2, [tags[int(off.argmin())]], [tag], affine.ravel())
+        except Exception as error:  # gmsh raises bare Exception
+            raise MeshingError(
+                f"sectors = {request.sectors}: faces that lie on each other when turned by "
+                f"{np.degrees(angle):.6g}° can not be meshed alike: {error}"
+            ) from error
+        matched += 1
+    if not matched:
+        taken = np.degrees(angles_taken(_places(request)))
+        raise MeshingError(
+            f"sectors = {request.sectors}: no face of the solids, turned by "
+            f"{np.degrees(angle):.6g}° about the axis, is another; they take about {taken:.3g}° "
+            "around. Is another number of sectors meant, or another axis?"
+        )
+
+
+def _turn_about_axis(request: MeshRequest, angle: float) -> FloatArray:
+    """Turn (4, 4) about the axis of a request in the kernel's coordinates."""
+    turn = np.eye(4)
+    turn[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
+    frame = _frame(request)
+    return np.asarray(frame @ turn @ np.linalg.inv(frame))
+
+
+def _frame(request: MeshRequest) -> FloatArray:
+    """Affine map (4, 4) from coordinates on the axis to those of the kernel, both in its unit."""
+    frame = np.eye(4)
+    frame[:3, :3] = axis_turn(request).T
+    frame[:3, 3] = np.array(request.origin) * request.unit_m / UNIT_M
+    return frame
+
+
+def _put_on_axis(entity: Entity, request: MeshRequest, angle: float) -> None:
+    """Take what was drawn along z to the axis, turned about it."""
+    turn = Rotation.from_matrix(axis_turn(request).T) * Rotation.from_rotvec([0.0, 0.0, angle])
+    # affineTransform would make splines of planes and cylinders
+    if turn.magnitude() > 0.0:
+        gmsh.model.occ.rotate([entity], 0, 0, 0, *turn.as_rotvec(), turn.magnitude())
+    gmsh.model.occ.translate([entity], *_frame(request)[:3, 3])
+
+
+def _places(request: MeshRequest) -> FloatArray:
+    """Places (n, 3) along all curves, on the axis, in the kernel's unit."""
+    return np.vstack([_on_curve(tag, request) for _, tag in gmsh.model.getEntities(1)])
+
+
+def _on_curve(tag: int, request: MeshRequest) -> FloatArray:
+    low, high = gmsh.model.getParametrizationBounds(1, tag)
+    along = np.linspace(low[0], high[0], _ALONG)
+    places = np.array(gmsh.model.getValue(1, tag, along)).reshape(-1, 3)
+    back = np.linalg.inv(_frame(request))
+    return np.asarray(places @ back[:3, :3].T + back[:3, 3])

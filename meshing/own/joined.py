@@ -1,0 +1,151 @@
+"""A body whose stages have no common sector: a drum, a sector of every stage, and their joints.
+
+Stage and drum are meshed apart from each other and meet at joints, along the edges that the drum's
+meridian has there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from solidwhirl.geometry import Body, Feature, GeometryError, Interface, Subdivision, subdivide
+from solidwhirl.geometry.parts import PartLayout, faces_beside, layout_of
+from solidwhirl.meshing.own.meridian import mesh_meridian
+from solidwhirl.meshing.own.revolved import revolved, sectors_of, unfolded
+from solidwhirl.meshing.own.sector import mesh_sector
+from solidwhirl.meshing.records import FloatArray, IntArray, Mesh, MeshSize, Parts
+
+# Radial range of an interface on a cylinder, over its radius.
+_THIN = 1e-6
+
+
+def mesh_joined(body: Body, size: MeshSize) -> Mesh:
+    """Mesh the drum and one sector of every stage, with copies of the drum for further orders.
+
+    `body`: one that `has_stages`. Returned: `Mesh.parts` says what is what; points (x, y, z) [m].
+    Raises GeometryError: see `layout_of`, or an interface on both drum and stage. Raises
+    MeshingError: what meshing a part raises.
+    """
+    layout = layout_of(body)
+    bodies = _part_bodies(body, layout)
+    pieces = len(layout.drum)
+    meridians = [mesh_meridian(part, size) for part in bodies[:pieces]]
+    count = max(sectors_of(meridian) for meridian in meridians)
+    meshes = [revolved(meridian, count) for meridian in meridians]
+    meshes += [mesh_sector(part, size) for part in bodies[pieces:]]
+    if not all(mesh.sector is not None and mesh.sector.mirrored for mesh in meshes):
+        meshes = [unfolded(m) if m.sector is not None and m.sector.mirrored else m for m in meshes]
+    shifts: list[int | None] = [*[0] * pieces, *[None] * len(layout.stages)]
+    for stage in sorted(set(layout.counts)):
+        for shift in (stage, -stage):
+            meshes += [replace(mesh, interfaces=_joints(mesh)) for mesh in meshes[:pieces]]
+            shifts += [shift] * pieces
+    edges = [m.points[rows[:, :2]] for m in meridians for rows in _joints(m).values()]
+    return _merged(meshes, tuple(shifts), np.concatenate(edges))
+
+
+def _joints(mesh: Mesh) -> dict[str, IntArray]:
+    return {name: rows for name, rows in mesh.interfaces.items() if name.startswith(_JOINT)}
+
+
+_JOINT = "joint of parts "
+
+
+def _part_bodies(body: Body, layout: PartLayout) -> list[Body]:
+    """Drum and stages as bodies, with their joints and their own interfaces."""
+    whole = subdivide(body)
+    parts_of = [*layout.drum, *layout.stages]
+    part_of = {s.name: k for k, sections in enumerate(parts_of) for s in sections}
+    beside = faces_beside(whole)
+    parts = {
+        curve: sorted({part_of[whole.section_names[whole.faces[k].section]] for k in faces})
+        for curve, faces in beside.items()
+    }
+    interfaces: list[list[Interface]] = [[] for _ in parts_of]
+    for interface in body.interfaces:
+        own = sorted({p for c in whole.interfaces[interface.name] for p in parts[c]})
+        if len(own) > 1:
+            raise GeometryError(
+                f"interface {interface.name!r} touches a section that carries features and one "
+                "that does not; stages of different counts are joined there, so it has to keep to "
+                "one of them"
+            )
+        interfaces[own[0]].append(interface)
+    for number, curve in enumerate(c for c, own in parts.items() if len(own) > 1):
+        ends = whole.points[[whole.curves[curve].start, whole.curves[curve].end]]
+        for k in parts[curve]:
+            mine = [f for f in beside[curve] if part_of[_section(whole, f)] == k]
+            interfaces[k].append(_joint(number, ends, _lies_inside(whole, mine[0], ends)))
+    features: Sequence[tuple[Feature, ...]] = [*[()] * len(layout.drum), *layout.features]
+    return [
+        Body(name=body.name, sections=parts_of[k], interfaces=tuple(own), features=features[k])
+        for k, own in enumerate(interfaces)
+    ]
+
+
+def _section(subdivision: Subdivision, face: int) -> str:
+    return subdivision.section_names[subdivision.faces[face].section]
+
+
+def _lies_inside(subdivision: Subdivision, face: int, ends: FloatArray) -> bool:
+    """Whether a face lies nearer to the axis than an edge of it."""
+    curves = [subdivision.curves[c] for c, _ in subdivision.faces[face].loop]
+    centre = subdivision.points[[c.start for c in curves]].mean(axis=0)
+    (z0, r0), (z1, r1) = ends
+    if z0 == z1:
+        return False
+    return bool(centre[1] < r0 + (r1 - r0) * (centre[0] - z0) / (z1 - z0))
+
+
+def _joint(number: int, ends: FloatArray, is_outer: bool) -> Interface:
+    """Interface on an edge between parts; rigid ones have their ends graded, as joints need it."""
+    z, r = np.sort(ends, axis=0).T
+    plane = z[0] == z[1]
+    span = (float(r[0]), float(r[1])) if r[0] < r[1] else (r[0] * (1 - _THIN), r[1] * (1 + _THIN))
+    return Interface(
+        name=f"{_JOINT}{number}",
+        kind="face" if plane else ("outer" if is_outer else "inner"),
+        coupling="rigid",
+        start_m=float(z[0]),
+        end_m=float(z[1]),
+        radius_m=span,
+    )
+
+
+def _merged(meshes: Sequence[Mesh], shifts: tuple[int | None, ...], edges: FloatArray) -> Mesh:
+    """One mesh of parts that have no nodes in common."""
+    starts = np.concatenate([[0], np.cumsum([len(m.points) for m in meshes])])[:-1]
+    sections = tuple(dict.fromkeys(name for m in meshes for name in m.section_names))
+    materials = tuple(dict.fromkeys(material for m in meshes for material in m.materials))
+    interfaces: dict[str, IntArray] = {}
+    joints, section, material = [], [], []
+    for mesh, start in zip(meshes, starts, strict=True):
+        joints += [rows + start for rows in _joints(mesh).values()]
+        own = {n: rows + start for n, rows in mesh.interfaces.items() if n not in _joints(mesh)}
+        interfaces |= own
+        section.append(np.array([sections.index(n) for n in mesh.section_names])[mesh.cell_section])
+        material.append(np.array([materials.index(m) for m in mesh.materials])[mesh.cell_material])
+    drum = meshes[0]
+    assert all(m.sector is not None for m in meshes)
+    worst = min(meshes, key=lambda m: m.quality.minimum_scaled_jacobian)
+    return replace(
+        drum,
+        points=np.concatenate([m.points for m in meshes]),
+        cells=np.concatenate([m.cells + s for m, s in zip(meshes, starts, strict=True)]),
+        cell_section=np.concatenate(section),
+        cell_material=np.concatenate(material),
+        materials=materials,
+        section_names=sections,
+        interfaces=interfaces,
+        quality=worst.quality,
+        parts=Parts(
+            sectors=tuple(m.sector for m in meshes if m.sector is not None),
+            shifts=shifts,
+            cell_part=np.repeat(np.arange(len(meshes)), [len(m.cells) for m in meshes]),
+            joint_facets=np.concatenate(joints),
+            joint_edges_m=edges,
+        ),
+    )

@@ -1,0 +1,203 @@
+"""Cyclic indices of one body: small matrices of its nodal-diameter modes, and their shapes.
+
+Of a body of revolution an index is a circumferential order on the meridian, of a sector one of its
+cyclic indices. Interfaces are held or free as the request says; what is not held carries nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from petsc4py import PETSc
+
+from solidwhirl.meshing import Mesh
+from solidwhirl.meshing.imported.records import AnyBody
+from solidwhirl.reduction.basis.craig_bampton import Basis, reduction_basis
+from solidwhirl.reduction.body.reduced_order import with_spin_answers
+from solidwhirl.reduction.body.request import ReductionRequest, order_operators
+from solidwhirl.reduction.body.surfaces import nodal_amplitudes, surface_mesh
+from solidwhirl.reduction.errors import ReductionError
+from solidwhirl.reduction.operators.kinematics import COMPONENTS
+from solidwhirl.reduction.operators.matrices import BodyOperators
+from solidwhirl.reduction.residuals import residual_energy as residuals
+from solidwhirl.reduction.solvers.vectors import project
+from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray, Matrix
+from solidwhirl.rotordyn.nodal_diameters import (
+    CyclicBody,
+    CyclicMatrices,
+    OmittedEnergy,
+    rotating_matrices,
+)
+
+# Relative error of a frequency from which on answers to the loads of the spin are in the basis.
+_SPIN = 1e-6
+_DIFFERENT = PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN
+
+
+@dataclass(frozen=True, kw_only=True)
+class CyclicRequest:
+    """What is asked of the cyclic indices of a body."""
+
+    level: str
+    indices: tuple[int, ...]
+    #: Interfaces whose surfaces do not move; all others are free
+    held: tuple[str, ...]
+    degree: int
+    #: Modes of every index in the basis
+    modes: int
+    maximum_speed_rad_s: float
+    #: Errors to estimate, as of `ReductionRequest`
+    estimates: tuple[str, ...] = ()
+    solver: str = "auto"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CyclicShapes:
+    """Fields of all indices on the outer surface of what was meshed."""
+
+    #: (p, 2) z, r of a meridian or (p, 3) x, y, z of a sector
+    points_m: FloatArray
+    #: (c, 2) edges or (c, 3) triangles
+    cells: IntArray
+    #: By index (p, 3, n): Φ of every coordinate along r, θ, z (to be times e^{ihθ}) or x, y, z
+    amplitudes: tuple[Matrix, ...]
+
+
+def reduce_indices(
+    body: AnyBody, mesh: Mesh, comm: Any, request: CyclicRequest
+) -> tuple[CyclicBody, CyclicShapes]:
+    """Reduce the cyclic indices of a body one by one.
+
+    `mesh`: meridian or sector. `comm`: all its ranks must call. Raises ReductionError: nothing
+    holds an index that can move as a rigid body; see `reduction_basis`.
+    """
+    clamped = _clamped(body, request.held)
+    outline = surface_mesh(mesh)
+    indices: list[CyclicMatrices] = []
+    amplitudes: list[Matrix] = []
+    for index in request.indices:
+        operators = order_operators(clamped, mesh, comm, _order_request(request, index), index)
+        try:
+            if not request.held and operators.rigid_motions:
+                raise ReductionError(
+                    f"nodal diameter {index} moves the body as a whole; hold an interface, or "
+                    "leave 0 and 1 to the modes of the engine"
+                )
+            basis = _basis(operators, request)
+            omitted = _omitted(operators, basis, clamped, request)
+            indices.append(_matrices(operators, basis, index, omitted))
+            amplitudes.append(_fields(operators, basis, outline.points_m))
+            basis.factor.destroy()
+        finally:
+            operators.release()
+    sectors = None if mesh.dimension == 2 else _sectors(mesh)
+    return (
+        CyclicBody(name=body.name, sectors=sectors, indices=tuple(indices)),
+        CyclicShapes(points_m=outline.points_m, cells=outline.cells, amplitudes=tuple(amplitudes)),
+    )
+
+
+def _sectors(mesh: Mesh) -> int:
+    if mesh.sector is None:
+        raise ReductionError("nodal diameters need the mesh of a sector, or a meridian")
+    return mesh.sector.count
+
+
+def _clamped(body: AnyBody, held: Sequence[str]) -> AnyBody:
+    """The body with the held interfaces alone, whose nodes do not move against each other."""
+    kept: Any = tuple(replace(i, coupling="rigid") for i in body.interfaces if i.name in held)
+    return replace(body, interfaces=kept)
+
+
+def _order_request(request: CyclicRequest, index: int) -> ReductionRequest:
+    return ReductionRequest(
+        level=request.level,
+        orders=(index,),
+        components=COMPONENTS,
+        degree=request.degree,
+        modes=request.modes,
+        maximum_speed_rad_s=request.maximum_speed_rad_s,
+        gyroscopic=True,
+        centrifugal=True,
+        estimates=request.estimates,
+        solver=request.solver,
+    )
+
+
+def _basis(operators: BodyOperators, request: CyclicRequest) -> Basis:
+    """Return the basis that the matrices in the turning frame ask for.
+
+    Those of the fixed frame have no stiffness left where a wave stands still in it, which is no
+    instability but an engine order that meets its mode.
+    """
+    speed, turned = request.maximum_speed_rad_s, operators
+    turn = _turn(operators)
+    if turn is not None:
+        spin, softening = (m.copy() for m in (operators.gyroscopic, operators.spin_softening))
+        softening.axpy(turn**2, operators.mass, _DIFFERENT)
+        softening.axpy(-2.0 * turn, spin, _DIFFERENT)
+        spin.axpy(-turn, operators.mass, _DIFFERENT)
+        turned = replace(operators, gyroscopic=spin, spin_softening=softening)
+    basis = reduction_basis(turned, modes=request.modes, maximum_speed_rad_s=speed)
+    basis = with_spin_answers(turned, basis, speed_rad_s=speed, tolerance=_SPIN)
+    if turned is not operators:
+        spin.destroy()
+        softening.destroy()
+    return basis
+
+
+def _interior(basis: Basis) -> Matrix:
+    return basis.vectors[:, basis.interface_count :]
+
+
+def _matrices(
+    operators: BodyOperators, basis: Basis, index: int, omitted: tuple[OmittedEnergy, ...]
+) -> CyclicMatrices:
+    vectors, comm = _interior(basis), operators.comm
+    mass, stiffness, spin, stiffening, softening = (
+        project(getattr(operators, name), vectors, comm)
+        for name in ("mass", "stiffness", "gyroscopic", "stress_stiffening", "spin_softening")
+    )
+    inertial = (mass, stiffness, spin, stiffening - softening)
+    return rotating_matrices(index, _turn(operators), inertial, omitted)
+
+
+def _turn(operators: BodyOperators) -> int | None:
+    """How often the amplitudes turn with the frame; None of real fields."""
+    if operators.families == 1:
+        return None
+    return operators.harmonic if operators.level == "harmonic" else 1
+
+
+def _omitted(
+    operators: BodyOperators, basis: Basis, body: AnyBody, request: CyclicRequest
+) -> tuple[OmittedEnergy, ...]:
+    """What the basis leaves out, and on the meridian what its elements can not follow."""
+    if not request.estimates:
+        return ()
+    truncation, answers = residuals.truncation_energy(operators, basis)
+    found = [truncation]
+    if "mesh" in request.estimates and operators.level == "harmonic":
+        found.append(residuals.mesh_energy(operators, basis, answers, body.interfaces)[0])
+    size, first = basis.vectors.shape[1], basis.interface_count
+    kept = np.arange(4 * size).reshape(4, size)[:, first:].ravel()
+    return tuple(
+        OmittedEnergy(
+            part=o.part,
+            gram=o.gram[np.ix_(kept, kept)],
+            safety=o.safety,
+            cutoff_rad_s=o.cutoff_rad_s,
+        )
+        for o in found
+    )
+
+
+def _fields(operators: BodyOperators, basis: Basis, places: FloatArray) -> Matrix:
+    """Φ at places; on the meridian of Φ = (a, -ib, c) e^{inθ}, and (a, b, c) for n = 0."""
+    found = nodal_amplitudes(operators, basis, places)[:, :, basis.interface_count :]
+    if operators.level == "harmonic" and operators.families == 2:
+        found = found * np.array([1.0, -1.0j, 1.0])[:, None]
+    return np.asarray(found)

@@ -1,0 +1,305 @@
+"""Numbers of an analysis of nodal diameters as results.json holds them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from solidwhirl.analyses.base import Engine, Operating
+from solidwhirl.core.blocks import margin_words
+from solidwhirl.rotordyn import AnalysisError
+from solidwhirl.rotordyn import nodal_diameters as nd
+from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
+
+# Highest nodal diameter where a scene does not say: of a body of revolution, of sectors.
+_ROUND, _MOST = 8, 20
+# Highest engine order where a scene does not say, and no more than one turn of the zigzag.
+_ORDERS = 60
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CyclicSource:
+    """A meshed body whose cyclic indices can be reduced."""
+
+    #: N; None of a body of revolution
+    sectors: int | None
+    #: Takes held interfaces, indices, and modes of each; returns `CyclicBody` and its shapes
+    reduce: Callable[[Sequence[str], Sequence[int], int], tuple[nd.CyclicBody, Any]]
+
+
+class Asked(NamedTuple):
+    """What a scene asks of one body."""
+
+    body: str
+    #: (s,) of the reference shaft
+    speeds_rad_s: FloatArray
+    held: tuple[str, ...]
+    modes: int
+    #: Relative
+    margin: float
+    engine_orders: tuple[int, ...]
+
+
+def chosen_indices(
+    given: Sequence[int] | None, source: CyclicSource, held: Sequence[str], *, every: bool
+) -> tuple[tuple[int, ...], list[str]]:
+    """Return the nodal diameters to look at, and notes on what is left out.
+
+    `every`: whether none may be left out. Raises AnalysisError: a diameter that the body has not.
+    """
+    sectors, first = source.sectors, 0 if held else 2
+    highest = _ROUND if sectors is None else sectors // 2
+    if given is not None:
+        wrong = [h for h in given if sectors is not None and h > highest]
+        if wrong:
+            raise AnalysisError(
+                f"nodal_diameters: {wrong[0]}, but a body of {sectors} sectors has 0 to {highest}"
+            )
+        return tuple(sorted(set(given))), []
+    notes = []
+    if first:
+        notes.append(
+            "nodal diameters 0 and 1 of a body that nothing holds move it as a whole; they are in "
+            "the modes of the engine"
+        )
+    last = highest if every else min(highest, _MOST)
+    if sectors is None or last < highest:
+        end = "more" if sectors is None else f"{last + 1} to {highest}"
+        notes.append(f"nodal diameters {first} to {last}; name others to see {end}")
+    return tuple(range(first, last + 1)), notes
+
+
+def chosen_orders(
+    given: Sequence[int], sectors: int | None, indices: Sequence[int]
+) -> tuple[int, ...]:
+    """Return the engine orders to look at: by default one turn of the zigzag, up to 60."""
+    if given:
+        return tuple(sorted(set(given)))
+    last = max(indices) if sectors is None else sectors
+    return tuple(range(1, min(last, _ORDERS) + 1))
+
+
+def modes_document(modes: nd.NodalDiameterModes, asked: Asked, ratio: float) -> dict[str, Any]:
+    """Return frequencies and errors by direction, (h, s, m)."""
+    body = modes.body
+    indices = [m.index for m in body.indices]
+    document: dict[str, Any] = {
+        "body": body.name,
+        "sectors": body.sectors,
+        "held": list(asked.held),
+        "speed_rpm": (asked.speeds_rad_s * RPM_PER_RAD_S).tolist(),
+        "body_speed_rpm": (ratio * asked.speeds_rad_s * RPM_PER_RAD_S).tolist(),
+        "nodal_diameter": indices,
+        "standing": [body.is_standing(h) for h in indices],
+    }
+    for direction in ("backward", "forward"):
+        families = [modes.family(h, direction) for h in indices]
+        document[f"{direction}_hz"] = _stacked([f.frequency_hz for f in families], asked.modes)
+        document[f"{direction}_error"] = _stacked([f.error for f in families], asked.modes)
+    return document
+
+
+def _stacked(blocks: Iterable[FloatArray], count: int) -> list[Any]:
+    """Blocks (s, m) of few modes filled up with nan."""
+    filled = [np.pad(b, ((0, 0), (0, count - b.shape[1])), constant_values=np.nan) for b in blocks]
+    return [block.tolist() for block in filled]
+
+
+def crossings_document(
+    found: Sequence[nd.Crossing], asked: Asked, ratio: float, operating: Sequence[Operating]
+) -> list[dict[str, Any]]:
+    """Return the crossings with their margins to the nearest operating speed."""
+    rows = []
+    for crossing in found:
+        rpm = crossing.speed_rad_s / ratio * RPM_PER_RAD_S
+        margins = [(nd.margin(rpm, *o.reference_rpm), o) for o in operating]
+        nearest = min(margins, key=lambda pair: abs(pair[0]), default=None)
+        rows.append(
+            {
+                "engine_order": crossing.engine_order,
+                "nodal_diameter": crossing.index,
+                "direction": crossing.direction,
+                "mode": crossing.mode + 1,
+                "speed_rpm": rpm,
+                "body_speed_rpm": ratio * rpm,
+                "frequency_hz": crossing.frequency_hz,
+                "frequency_error_estimate": crossing.error,
+                "operating": None if nearest is None else nearest[1].text,
+                "margin": None if nearest is None else nearest[0],
+                "too_near": nearest is not None and abs(nearest[0]) < asked.margin,
+            }
+        )
+    return rows
+
+
+def veerings_document(found: Sequence[nd.Veering], ratio: float) -> list[dict[str, Any]]:
+    """Return where modes of one nodal diameter come close."""
+    return [
+        {
+            "kind": v.kind,
+            "nodal_diameter": v.index,
+            "direction": v.direction,
+            "modes": [k + 1 for k in v.modes],
+            "speed_rpm": v.speed_rad_s / ratio * RPM_PER_RAD_S,
+            "frequency_hz": v.frequency_hz,
+            "gap_hz": v.gap_hz,
+            "exchanged": v.exchanged,
+        }
+        for v in found
+    ]
+
+
+def operating_of(engine: Engine, body: str) -> tuple[Operating, ...]:
+    """Return the operating speeds of what turns as fast as a body; of all if there are none."""
+    own = abs(engine.speed_ratios[body])
+    alike = tuple(o for o in engine.operating if o.ratio == own)
+    return alike or engine.operating
+
+
+def interference_document(
+    body: nd.CyclicBody, asked: Asked, ratio: float, operating: Sequence[Operating]
+) -> dict[str, Any]:
+    """Return frequencies over the diameters at the highest operating speed, else the last one."""
+    first, last = asked.speeds_rad_s[0], asked.speeds_rad_s[-1]
+    highest = [
+        o.reference_rpm[1] * RAD_S_PER_RPM
+        for o in operating
+        if first <= o.reference_rpm[1] * RAD_S_PER_RPM <= last
+    ]
+    speed = float(max(highest, default=last))
+    modes = nd.nodal_diameter_modes(body, np.array([ratio * speed]), asked.modes)
+    own = modes_document(modes, asked._replace(speeds_rad_s=np.array([speed])), ratio)
+    return {
+        "speed_rpm": speed * RPM_PER_RAD_S,
+        **{f"{d}_hz": [block[0] for block in own[f"{d}_hz"]] for d in ("backward", "forward")},
+    }
+
+
+class MistuningAsked(NamedTuple):
+    """Which mode, excited by what, with which blades."""
+
+    mode: int
+    engine_order: int
+    damping_ratio: float
+    blade_deviations: tuple[float, ...] | None
+    #: Standard deviation, samples, seed
+    random: tuple[float, int, int] | None
+
+
+def mistuning_document(
+    body: nd.CyclicBody, wanted: MistuningAsked, crossings: Sequence[nd.Crossing], ratio: float,
+    last_rad_s: float,
+) -> dict[str, Any]:  # fmt: skip
+    """Return mistuned modes and amplification at the first crossing, else at the last speed.
+
+    Raises AnalysisError: a body of revolution, or as many deviations as it has no blades.
+    """
+    met = [
+        c.speed_rad_s
+        for c in crossings
+        if c.engine_order == wanted.engine_order and c.mode == wanted.mode - 1
+    ]
+    speed = met[0] if met else ratio * last_rad_s
+    tuned = nd.tuned_frequencies(body, speed, wanted.mode - 1)
+    document: dict[str, Any] = {
+        "mode": wanted.mode,
+        "engine_order": wanted.engine_order,
+        "damping_ratio": wanted.damping_ratio,
+        "speed_rpm": speed / ratio * RPM_PER_RAD_S,
+        "at_crossing": bool(met),
+        "tuned_hz": tuned.tolist(),
+        "neighbour_hz": _neighbour(body, speed, wanted.mode, tuned),
+        "bound": nd.whitehead_bound(len(tuned)),
+        "amplification": None,
+    }
+    pattern: Any = wanted.blade_deviations
+    if wanted.random is not None:
+        deviation, samples, seed = wanted.random
+        patterns = nd.random_deviations(len(tuned), deviation, samples, seed)
+        found = nd.amplification_statistics(
+            tuned, patterns, wanted.engine_order, wanted.damping_ratio
+        )
+        document["amplification"] = {
+            "standard_deviation": deviation,
+            "seed": seed,
+            "factors": found.factors.tolist(),
+            "quantiles": {f"{100.0 * q:g} %": value for q, value in found.quantiles.items()},
+            "worst": float(found.factors[-1]),
+        }
+        pattern = found.worst_deviations
+    return {**document, "pattern": _pattern(tuned, np.asarray(pattern, dtype=float), wanted)}
+
+
+def _neighbour(body: nd.CyclicBody, speed: float, mode: int, tuned: FloatArray) -> float:
+    """Frequency of another mode that is nearest to the family [Hz]; nan: there is none."""
+    others = []
+    for other in (mode - 2, mode):
+        if 0 <= other < min(len(m.mass) for m in body.indices):
+            others.append(nd.tuned_frequencies(body, speed, other))
+    if not others:
+        return float("nan")
+    found = np.concatenate(others)
+    gap = np.maximum(tuned.min() - found, found - tuned.max())
+    return float(found[int(gap.argmin())])
+
+
+def _pattern(tuned: FloatArray, deviations: FloatArray, wanted: MistuningAsked) -> dict[str, Any]:
+    """One pattern of blades: its modes and what every blade does."""
+    modes = nd.mistuned_modes(tuned, deviations)
+    forced = nd.forced_response(tuned, modes, wanted.engine_order, wanted.damping_ratio)
+    return {
+        "deviations": deviations.tolist(),
+        "frequency_hz": modes.frequency_hz.tolist(),
+        "amplitudes": np.abs(modes.sectors.T).tolist(),
+        "blade_amplification": forced.amplification.tolist(),
+        "peak_hz": forced.frequency_hz.tolist(),
+        "amplification_factor": forced.factor,
+    }
+
+
+def headline_of(document: Mapping[str, Any]) -> str:
+    """Return what an engineer acts on: the crossing nearest to an operating speed."""
+    found = document["crossings"]
+    if not found:
+        return f"no engine order meets a mode of {document['body']} in the range"
+    judged = [c for c in found if c["margin"] is not None]
+    nearest = min(judged, key=lambda c: abs(c["margin"]), default=found[0])
+    said = crossing_text(nearest)
+    if nearest["margin"] is None:
+        return f"{len(found)} crossings, the first: {said}"
+    where = margin_words(nearest["margin"])
+    near = sum(c["too_near"] for c in found)
+    share = f"{near} of {len(found)} crossings nearer than {document['margin_percent']:g} %"
+    return f"{said}, {where} the operating speed; {share}"
+
+
+def crossing_text(crossing: Mapping[str, Any]) -> str:
+    """Return a crossing in words."""
+    direction = "" if crossing["direction"] == "standing" else f"{crossing['direction']} "
+    return (
+        f"engine order {crossing['engine_order']} meets {direction}nodal diameter "
+        f"{crossing['nodal_diameter']}, mode {crossing['mode']}, at {crossing['speed_rpm']:.1f} "
+        f"rpm ({crossing['frequency_hz']:.4g} Hz)"
+    )
+
+
+def file_arrays(body: nd.CyclicBody, shapes: Any, modes: nd.NodalDiameterModes) -> dict[str, Any]:
+    """Return what a file holds: matrices of every index, the surface, and its motion at the end.
+
+    The motion is that of the backward, or standing, modes at the last speed.
+    """
+    arrays: dict[str, Any] = {
+        "nodal_diameter": np.array([m.index for m in body.indices]),
+        "points_m": shapes.points_m,
+        "cells": shapes.cells,
+    }
+    for own, amplitudes in zip(body.indices, shapes.amplitudes, strict=True):
+        for name in ("mass", "stiffness", "coriolis", "centrifugal"):
+            arrays[f"{name}_{own.index}"] = getattr(own, name)
+        family = modes.family(own.index, "backward")
+        arrays[f"displacement_{own.index}"] = amplitudes @ family.vectors[-1]
+    return arrays
