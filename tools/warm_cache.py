@@ -4,7 +4,7 @@ import numpy as np
 from mpi4py import MPI
 
 from solidwhirl.geometry import MATERIALS, Body, Interface, Section
-from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_solid
+from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_revolved
 from solidwhirl.reduction import ReductionRequest, reduce_body
 from solidwhirl.reduction.recovery.fields import body_fields
 from solidwhirl.reduction.recovery.stresses import StressRecovery
@@ -36,9 +36,9 @@ def warm(level: str, degree: int) -> None:
         maximum_speed_rad_s=100.0,
         gyroscopic=True,
         centrifugal=True,
-        estimates=("mode_truncation", "mesh") if level == "harmonic" else ("mode_truncation",),
+        estimates=("mode_truncation", "mesh"),
     )
-    mesh = (mesh_meridian if level == "harmonic" else mesh_solid)(body, size)
+    mesh = (mesh_meridian if level == "harmonic" else mesh_revolved)(body, size)
     element, work = reduce_body(body, mesh, MPI.COMM_SELF, request, {})
     fields = body_fields(body, mesh, request, element)
     StressRecovery(fields).recover(np.ones(element.size), 100.0)
