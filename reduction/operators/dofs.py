@@ -125,6 +125,24 @@ class Unknowns:
         """Free unknowns (free, k) of displacements that they can make."""
         return np.asarray(self.loads(values)[: len(self.norms)] / self.norms[:, None])
 
+    def diagonal(self, values: FloatArray) -> FloatArray:
+        """Diagonal of |T|ᵀ diag(d) |T| in û, (local û,).
+
+        `values`: (local u,) d.
+        """
+        out = np.zeros(self.count)
+        for part in (self.real, self.imaginary):
+            if part is None:
+                continue
+            squared = part.copy()
+            indptr, columns, entries = part.getValuesCSR()
+            squared.setValuesCSR(indptr, columns, entries**2)
+            squared.assemble()
+            own = apply(squared.transpose(), values[:, None])[:, 0]
+            squared.destroy()
+            out += own.reshape(self.count, -1)[:, 0]
+        return out
+
     def folded(self, matrix: Any) -> Any:
         """Tᴴ A T of a PETSc matrix of u, which is destroyed."""
         if self.real is None:

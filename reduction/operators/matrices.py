@@ -243,6 +243,8 @@ def _assemble_sector(
     one = solid_matrices.component_mass(space, kin, matter, dx)
     matrices = sector_matrices(space, kin, (stiffness, one), dx, effects, prestress,
                                coupling.unknowns)  # fmt: skip
+    # these are factorised
+    matrices |= {name: matrices[name].folded() for name in ("stiffness", "mass")}
     share = kin.cyclic.mesh_copies / kin.cyclic.weight
     return _Assembly(
         matrices=matrices,
@@ -312,20 +314,20 @@ def sector_matrices(
     C = ∫ρ v·(e_z×u), N = M - iC and S = ∫ρ (e_z×v)·(e_z×u) + M - 2iC the matrices are those of the
     meridian. Real fields, as of index 0, have G = 2C and S = ∫ρ (e_z×v)·(e_z×u).
 
-    `parts`: K of all of u, which is destroyed, and M of one component. `prestress`: stress at unit
-    speed (UFL), None without it.
+    `parts`: K of all of u, and M of one component. `prestress`: stress at unit speed (UFL), None
+    without it. Returned: operators that are products with blocks; `folded` makes matrices of them.
     """
     stiffness, one = parts
-    matrices = {
-        "stiffness": unknowns.folded(stiffness),
-        "mass": unknowns.folded(solid_matrices.componentwise(one)),
+    matrices: dict[str, Any] = {
+        "stiffness": solid_matrices.SectorStiffness(unknowns=unknowns, matrix=stiffness),
+        "mass": solid_matrices.sector_componentwise(unknowns, one),
     }
     for name, found in solid_matrices.sector_spin(unknowns, kin.families, one).items():
         if effects.gyroscopic if name == "gyroscopic" else effects.centrifugal:
             matrices[name] = found
     if prestress is not None:
         stiffening = solid_matrices.component_stiffening(space, kin, prestress, dx)
-        matrices["stress_stiffening"] = solid_matrices.sector_stiffening(unknowns, stiffening)
+        matrices["stress_stiffening"] = solid_matrices.sector_componentwise(unknowns, stiffening)
     return matrices
 
 

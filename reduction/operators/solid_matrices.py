@@ -103,6 +103,33 @@ def componentwise(matrix: Any) -> Any:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class SectorStiffness:
+    """Operator Tᴴ A T of a sector, with the matrix A of all of u."""
+
+    unknowns: Unknowns
+    matrix: Any  #: A, PETSc
+
+    def times(self, block: Matrix) -> Matrix:
+        """Operator times every column."""
+        return self.unknowns.loads(_real_times(self.matrix, self.unknowns.displacement(block)))
+
+    def diagonal(self) -> FloatArray:
+        """Diagonal in the free unknowns, without what two nodes of one unknown have in common."""
+        found = self.matrix.getDiagonal()
+        out = self.unknowns.diagonal(found.array_r)
+        found.destroy()
+        return out
+
+    def folded(self) -> Any:
+        """As a PETSc matrix of the unknowns û; A is destroyed."""
+        return self.unknowns.folded(self.matrix)
+
+    def destroy(self) -> None:
+        """Free the matrix."""
+        self.matrix.destroy()
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class SectorOperator:
     """Operator Tᴴ (C ⊗ A) T of a sector, with one component's matrix A.
 
@@ -176,8 +203,8 @@ def sector_spin(unknowns: Unknowns, families: int, mass: Any) -> dict[str, Secto
     }
 
 
-def sector_stiffening(unknowns: Unknowns, component: Any) -> SectorOperator:
-    """Kσ of a sector from that of a component."""
+def sector_componentwise(unknowns: Unknowns, component: Any) -> SectorOperator:
+    """Operator of a sector that acts on every component alike, as M and Kσ."""
     return SectorOperator(unknowns=unknowns, component=component, directions=_ALL + 0j)
 
 

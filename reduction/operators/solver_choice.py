@@ -13,7 +13,7 @@ from solidwhirl.reduction.operators import kinematics
 from solidwhirl.reduction.operators.dofs import Unknowns, motion_vectors
 from solidwhirl.reduction.operators.kinematics import COMPONENTS, Kinematics
 from solidwhirl.reduction.solvers.constrained import ConstrainedFactor, factorise
-from solidwhirl.reduction.solvers.hierarchy import BlockPlaces
+from solidwhirl.reduction.solvers.hierarchy import BlockPlaces, hierarchy_of
 from solidwhirl.reduction.solvers.memory import available_memory_bytes
 from solidwhirl.reduction.solvers.multigrid import ConstrainedIteration, constrained_iteration
 from solidwhirl.rotordyn.core.arrays import FloatArray
@@ -91,7 +91,13 @@ def prepared_solver(
             if choice == "direct":
                 raise
     return constrained_iteration(
-        stiffness, matrix, rows, places(), free=free, momentum=momentum, shift=shift
+        hierarchy_of(stiffness, places()),
+        matrix,
+        rows,
+        free=free,
+        momentum=momentum,
+        owns_matrix=matrix is not stiffness,
+        shift=shift,
     )
 
 

@@ -9,15 +9,14 @@ Gould, Hribar and Nocedal, SIAM J. Sci. Comput. 23 (2001) 1376-1395). P⁻¹ C i
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import scipy.linalg
 
 from solidwhirl.reduction.errors import ReductionError
-from solidwhirl.reduction.solvers.hierarchy import BlockPlaces, Hierarchy, hierarchy_of
-from solidwhirl.reduction.solvers.vectors import apply, inner
-from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.reduction.solvers.vectors import apply, inner, squares, symmetric
+from solidwhirl.rotordyn.core.arrays import FloatArray, Matrix
 
 #: Columns that are solved for together.
 BLOCK = 32
@@ -30,6 +29,47 @@ _ITERATIONS = 1000
 _PATIENCE = 25
 
 
+class Preconditioner(Protocol):
+    """A Hermitian positive approximation P⁻¹ of the inverse of a stiffness."""
+
+    @property
+    def comm(self) -> Any:
+        """mpi4py communicator."""
+
+    @property
+    def memory_bytes(self) -> int:
+        """Memory on all ranks."""
+
+    def cycle(self, load: Matrix) -> Matrix:
+        """Approximate solution for a block of loads (local, k)."""
+
+    def destroy(self) -> None:
+        """Free what it holds."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Diagonal:
+    """Jacobi's preconditioner: the inverse of the diagonal.
+
+    It makes short work of errors that are orthogonal to a coarser space, and of no others.
+    """
+
+    values: FloatArray  #: (local,) the diagonal
+    comm: Any
+
+    @property
+    def memory_bytes(self) -> int:
+        """Memory on all ranks."""
+        return int(self.comm.allreduce(self.values.nbytes))
+
+    def cycle(self, load: Matrix) -> Matrix:
+        """Approximate solution for a block of loads (local, k)."""
+        return np.asarray(load / self.values[:, None])
+
+    def destroy(self) -> None:
+        """Nothing is another's."""
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ConstrainedIteration:
     """Solves A u + Bᵀ λ = force, B u = values by conjugate gradients.
@@ -38,13 +78,14 @@ class ConstrainedIteration:
     """
 
     matrix: Any  #: A, PETSc, positive definite on the constrained fields
-    hierarchy: Hierarchy
-    normals: FloatArray  #: (local, c) C = [Bᵀ, M F] times `scale`
-    answers: FloatArray  #: (local, c) P⁻¹ C
-    gram: tuple[FloatArray, bool]  #: Cholesky factor of Cᵀ P⁻¹ C
+    hierarchy: Preconditioner
+    normals: Matrix  #: (local, c) C = [Bᵀ, M F] times `scale`
+    answers: Matrix  #: (local, c) P⁻¹ C
+    gram: tuple[Matrix, bool]  #: Cholesky factor of Cᵀ P⁻¹ C
     scale: FloatArray  #: (c,)
     border: int  #: b, the number of constraint rows
-    free: FloatArray  #: (local, f) rigid motions F that the rows leave free, M-orthonormal
+    free: Matrix  #: (local, f) rigid motions F that the rows leave free, M-orthonormal
+    owns_matrix: bool  #: Whether A is nobody else's
     shift: float  #: σ of A = K - σ M; the stiffness of the free motions is -σ
 
     @property
@@ -59,26 +100,26 @@ class ConstrainedIteration:
 
     def destroy(self) -> None:
         """Free the hierarchy, and the matrix if it is no other's."""
-        if self.matrix is not self.hierarchy.finest:
+        if self.owns_matrix:
             self.matrix.destroy()
         self.hierarchy.destroy()
 
-    def cleaned(self, block: FloatArray) -> FloatArray:
+    def cleaned(self, block: Matrix) -> Matrix:
         """Fields with what breaks the constraints taken out."""
         return np.asarray(block - self._back(inner(self.normals, block, self.comm)))
 
-    def preconditioned(self, residual: FloatArray) -> FloatArray:
+    def preconditioned(self, residual: Matrix) -> Matrix:
         """Approximate solution under the constraints for a block of residuals."""
         return self.cleaned(self.hierarchy.cycle(self.without_reactions(residual)))
 
-    def without_reactions(self, residual: FloatArray) -> FloatArray:
+    def without_reactions(self, residual: Matrix) -> Matrix:
         """Residuals without the forces that the constraints take up, whose rounding would stay."""
         forces = scipy.linalg.cho_solve(self.gram, inner(self.answers, residual, self.comm))
         return np.asarray(residual - self.normals @ forces)
 
     def solve(
-        self, force: FloatArray | None, values: FloatArray | None, tolerance: float = SOLUTION
-    ) -> FloatArray:
+        self, force: Matrix | None, values: Matrix | None, tolerance: float = SOLUTION
+    ) -> Matrix:
         """Solve A u + Bᵀ λ = force, B u = values.
 
         `force`: (local N, k) or None for zero. `values`: (b, k) or None for zero. `tolerance`:
@@ -87,7 +128,7 @@ class ConstrainedIteration:
         """
         given = force if force is not None else values
         assert given is not None
-        out = np.empty((len(self.normals), given.shape[1]), order="F")
+        out = np.empty((len(self.normals), given.shape[1]), dtype=given.dtype, order="F")
         for start in range(0, given.shape[1], BLOCK):
             span = slice(start, start + BLOCK)
             out[:, span] = self._solve_block(
@@ -98,14 +139,14 @@ class ConstrainedIteration:
         return out
 
     def _solve_block(
-        self, force: FloatArray | None, values: FloatArray | None, tolerance: float
-    ) -> FloatArray:
+        self, force: Matrix | None, values: Matrix | None, tolerance: float
+    ) -> Matrix:
         given = force if force is not None else values
         assert given is not None
-        out = np.zeros((len(self.normals), given.shape[1]))
+        out: Matrix = np.zeros((len(self.normals), given.shape[1]), dtype=given.dtype)
         load = np.zeros_like(out) if force is None else force
         if values is not None:
-            wanted = np.zeros((len(self.scale), out.shape[1]))
+            wanted = np.zeros((len(self.scale), out.shape[1]), dtype=out.dtype)
             wanted[: self.border] = values * self.scale[: self.border, None]
             out = self._back(wanted)
             load = load - apply(self.matrix, out)
@@ -114,7 +155,7 @@ class ConstrainedIteration:
             out = out + self.free @ (inner(self.free, force, self.comm) / -self.shift)
         return out
 
-    def _gradients(self, load: FloatArray, tolerance: float) -> FloatArray:
+    def _gradients(self, load: Matrix, tolerance: float) -> Matrix:
         """Constrained solution for zero values, by conjugate gradients column by column."""
         out = np.zeros_like(load)
         left = self.without_reactions(load)
@@ -150,43 +191,67 @@ class ConstrainedIteration:
             )
         return out
 
-    def _back(self, values: FloatArray) -> FloatArray:
+    def relaxed(self, load: Matrix, steps: int) -> Matrix:
+        """Constrained displacement of so many steps of conjugate gradients from zero, (local, k).
+
+        Its energy is below that of the solution.
+        """
+        out = np.zeros_like(load)
+        left = self.without_reactions(load)
+        step = z = self.preconditioned(left)
+        rho = self._dots(left, z)
+        for _ in range(steps):
+            product = apply(self.matrix, step)
+            length = _over(rho, self._dots(step, product))
+            out += step * length
+            left = self.without_reactions(left - product * length)
+            z = self.cleaned(self.hierarchy.cycle(left))
+            new = self._dots(left, z)
+            step = z + step * _over(new, rho)
+            rho = new
+        return out
+
+    def _back(self, values: Matrix) -> Matrix:
         """P⁻¹ C (Cᵀ P⁻¹ C)⁻¹ times values."""
         return np.asarray(self.answers @ scipy.linalg.cho_solve(self.gram, values))
 
-    def _dots(self, left: FloatArray, right: FloatArray) -> FloatArray:
-        return np.asarray(self.comm.allreduce(np.einsum("ij,ij->j", left, right)))
+    def _dots(self, left: Matrix, right: Matrix) -> FloatArray:
+        return squares(left, right, self.comm)
+
+
+def _over(above: FloatArray, below: FloatArray) -> FloatArray:
+    """Quotients; zero where there is nothing to divide by."""
+    return np.divide(above, below, out=np.zeros_like(above), where=below > 0.0)
 
 
 def constrained_iteration(
-    stiffness: Any,
+    grids: Preconditioner,
     matrix: Any,
-    rows: FloatArray,
-    places: BlockPlaces,
+    rows: Matrix,
     *,
-    free: FloatArray,
-    momentum: FloatArray,
+    free: Matrix,
+    momentum: Matrix,
+    owns_matrix: bool = True,
     shift: float = 0.0,
 ) -> ConstrainedIteration:
     """Prepare solutions with a symmetric matrix under constraint rows.
 
-    `stiffness`: K that the hierarchy is made of, PETSc AIJ. `matrix`: A = K - σ M, or K itself.
+    `grids`: made of K. `matrix`: A = K - σ M, or K itself, which is not freed with the rest.
     `rows`: (local, b) this rank's part of Bᵀ. `free`, `momentum`: (local, f) rigid motions that the
-    rows leave free, M-orthonormal, and M times them. Raises ReductionError: rows that depend on
-    each other.
+    rows leave free, M-orthonormal, and M times them; fields stay orthogonal to the second, and get
+    what loads make of the first if there are any. Raises ReductionError: rows that depend on each
+    other.
     """
-    comm = stiffness.comm.tompi4py()
-    grids = hierarchy_of(stiffness, places)
     normals = np.hstack([rows, momentum])
     if normals.shape[1]:
         answers = grids.cycle(normals)
-        gram = inner(normals, answers, comm)
-        scale = 1.0 / np.sqrt(np.diag(gram))
+        gram = inner(normals, answers, grids.comm)
+        scale = 1.0 / np.sqrt(np.diag(gram).real)
         gram = gram * np.outer(scale, scale)
     else:
         answers, gram, scale = normals, np.empty((0, 0)), np.empty(0)
     try:
-        factor = scipy.linalg.cho_factor(0.5 * (gram + gram.T), lower=True)
+        factor = scipy.linalg.cho_factor(symmetric(gram), lower=True)
     except np.linalg.LinAlgError as error:
         raise ReductionError("interfaces move as others make them; leave one out") from error
     return ConstrainedIteration(
@@ -198,5 +263,6 @@ def constrained_iteration(
         scale=scale,
         border=rows.shape[1],
         free=free,
+        owns_matrix=owns_matrix,
         shift=shift,
     )
