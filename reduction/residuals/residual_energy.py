@@ -54,7 +54,7 @@ _SMOOTH_SAFETY = 1.3
 _RESERVE = 1.25
 # Relative error of an iterative solution that only tells how large what is left out is.
 _ROUGH = 1e-4
-# Steps of conjugate gradients that find nine tenths of the energy or more of what the next order adds.
+# Steps of conjugate gradients: nine tenths or more of the energy of what the next order adds.
 _STEPS = 8
 # Terms of the series behind the element factor.
 _SERIES = 100_000
@@ -115,7 +115,7 @@ def truncation_energy(operators: BodyOperators, basis: Basis) -> tuple[Omitted, 
     return omitted, answers
 
 
-def _answer(operators: BodyOperators, basis: Basis, load: Matrix, inside: Matrix) -> FloatArray:
+def _answer(operators: BodyOperators, basis: Basis, load: Matrix, inside: Matrix) -> Matrix:
     """Displacement under loads, of which the part in the basis is known."""
     if isinstance(basis.factor, ConstrainedFactor):
         return basis.factor.solve(load, None)[: len(load)]

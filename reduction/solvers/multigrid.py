@@ -138,9 +138,7 @@ class ConstrainedIteration:
             )
         return out
 
-    def _solve_block(
-        self, force: Matrix | None, values: Matrix | None, tolerance: float
-    ) -> Matrix:
+    def _solve_block(self, force: Matrix | None, values: Matrix | None, tolerance: float) -> Matrix:
         given = force if force is not None else values
         assert given is not None
         out: Matrix = np.zeros((len(self.normals), given.shape[1]), dtype=given.dtype)

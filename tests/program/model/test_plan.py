@@ -279,7 +279,9 @@ def test_run_keeps_to_the_plan(counted, case):
 @pytest.mark.solver
 def test_at_rest_nothing_of_rotation_is_assembled(counted):
     results, document, done = counted(rpm=None)
-    assert document["bodies"]["rotor"]["assembled"] == {"n=1": ["stiffness", "mass", "component_mass"]}
+    assert document["bodies"]["rotor"]["assembled"] == {
+        "n=1": ["stiffness", "mass", "component_mass"]
+    }
     assert "prestress" not in done
     element = results.bodies["rotor"].element
     assert not element.gyroscopic.any()
