@@ -21,14 +21,12 @@ from solidwhirl.reduction.operators.matrices import BodyOperators
 from solidwhirl.reduction.operators.solver_choice import Solver
 from solidwhirl.reduction.solvers.block_krylov import GrowingSpace, bordered_image
 from solidwhirl.reduction.solvers.vectors import apply, inner, squares
-from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray
+from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, Matrix
 
-# Correction that is left of a mode, in the norm of the mass. In the energy norm rounding alone is
-# 5e-9: it has the highest frequencies of the mesh, which the mass hardly sees, and directions made
-# of it spoil the space.
-_CORRECTION = 1e-9
+# Relative error of a squared frequency that is left: the energy of the correction over that of the
+# mode. Rounding alone is 3e-17; directions made of it spoil the space.
+_ERROR = 1e-12
 _SWEEPS = 10
-_LAST_CORRECTIONS = 2
 # Relative error of the lowest θ; the margin has to be much larger than it.
 _SOFTEST = 1e-2
 #: Part of the stiffness at rest, in the softest direction, below which inertia is counted.
@@ -83,8 +81,8 @@ def modes_at_speed(
     not positive. Solutions counts the columns that went through the factor.
 
     What differs from the modes at rest is small, and a basis of both divides the error of the
-    modes by it. The last corrections, which would spoil the space, are therefore taken off the
-    converged modes themselves: each leaves some hundredths of the error.
+    modes by it. The last correction, which would spoil the space, is therefore taken off the
+    converged modes themselves: it leaves some hundredths of the error.
     """
     comm = body.mass.comm.tompi4py()
     f, count = body.free.shape[1], start.shape[1]
@@ -103,23 +101,21 @@ def modes_at_speed(
         vectors = space.columns(f) @ shapes
         use = np.flatnonzero(wanted(values, vectors))[done:]
         product = np.hstack(images) @ shapes[:, use]
-        step = _correction(body, weight_free, product, values[use], vectors[:, use])
+        step, energy = _correction(body, weight_free, product, values[use], vectors[:, use])
         solutions += len(use)
-        weight = apply(body.mass, step)
-        squared = squares(step, weight, comm)
-        open_ = squared > _CORRECTION**2
-        largest.append(float(squared.max(initial=0.0)))
+        error = energy / values[use]
+        open_ = error > _ERROR
+        largest.append(float(error.max(initial=0.0)))
         if not open_.any():
             last = np.flatnonzero(wanted(values, vectors))
-            for _ in range(_LAST_CORRECTIONS):
-                shown = vectors[:, last]
-                product = body.times(shown)
-                vectors[:, last] -= _correction(body, weight_free, product, values[last], shown)
-            return values, vectors, solutions + _LAST_CORRECTIONS * len(last)
+            shown = vectors[:, last]
+            step, _ = _correction(body, weight_free, body.times(shown), values[last], shown)
+            vectors[:, last] -= step
+            return values, vectors, solutions + len(last)
         if len(largest) > 2 and largest[-1] >= largest[-3]:
             return None  # two sweeps that brought nothing: a factor is sooner there
         done += int(np.argmax(open_))
-        new = space.extend(np.asfortranarray(step[:, open_]), weight[:, open_])
+        new = space.extend(np.asfortranarray(step[:, open_]), apply(body.mass, step[:, open_]))
         if not new:
             return None
     return None
@@ -131,8 +127,10 @@ def _correction(
     product: FloatArray,
     values: FloatArray,
     vectors: FloatArray,
-) -> FloatArray:
-    """K⁻¹ times the residuals of modes at speed, from the product of the stiffness there."""
+) -> tuple[Matrix, FloatArray]:
+    """K⁻¹ times the residuals of modes at speed, and its energies; `product`: with K there."""
     residual = product - apply(body.mass, vectors) * values
-    residual -= weight_free @ inner(body.free, residual, body.mass.comm.tompi4py())
-    return body.answer(residual)
+    comm = body.mass.comm.tompi4py()
+    residual -= weight_free @ inner(body.free, residual, comm)
+    step = body.answer(residual)
+    return step, squares(step, residual, comm)
