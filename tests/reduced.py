@@ -55,6 +55,7 @@ def whole_of(body, size):
 
 
 def sparse(matrix):
-    """PETSc matrix as one of scipy."""
+    """PETSc matrix, or operator of a sector, as one of scipy."""
+    matrix = matrix.folded() if hasattr(matrix, "folded") else matrix
     indptr, indices, data = matrix.getValuesCSR()
     return scipy.sparse.csr_matrix((data, indices, indptr), shape=matrix.getSize())

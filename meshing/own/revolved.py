@@ -74,7 +74,7 @@ def revolved(meridian: Mesh, sectors: int | None = None) -> Mesh:
     cells = _positive(points, cells)
     points = _straight_inside(points, cells, meridian)
     cells, points, used = compact(points, cells)
-    quality = _quality(points, cells)
+    quality = _quality(points, cells, meridian.quality)
     return replace(
         meridian,
         points=points,
@@ -119,8 +119,8 @@ def sectors_of(meridian: Mesh) -> int:
     return int(np.clip(4 * round(wanted / 4), FEWEST_SECTORS, MOST_SECTORS))
 
 
-def _quality(points: FloatArray, cells: IntArray) -> MeshQuality:
-    """Quality of slender elements, whose curved edges are only sheared along the circumference."""
+def _quality(points: FloatArray, cells: IntArray, flat: MeshQuality) -> MeshQuality:
+    """Quality of slender elements; what is made straight is made so in the meridian, `flat`."""
     found = scaled_jacobians(points, cells)
     if found.min() <= 0.0:
         x, y, z = points[cells[int(found.argmin())]].mean(axis=0)
@@ -128,8 +128,10 @@ def _quality(points: FloatArray, cells: IntArray) -> MeshQuality:
             f"solid mesh: element at z = {z:.6g}, r = {np.hypot(x, y):.6g} m is folded; choose "
             "another element size there"
         )
-    return MeshQuality(
-        minimum_scaled_jacobian=float(found.min()), mean_scaled_jacobian=float(found.mean())
+    return replace(
+        flat,
+        minimum_scaled_jacobian=float(found.min()),
+        mean_scaled_jacobian=float(found.mean()),
     )
 
 
