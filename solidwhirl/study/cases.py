@@ -23,7 +23,7 @@ class Ladders:
     """How much a study runs.
 
     `reference_accuracy` (of the truth) and `adaptive` are accuracies of harmonic runs;
-    `graded` and `uniform` are rungs (refinements) by element order; `solid` is the solver by sizes
+    `graded` and `uniform` are rungs (refinements) by element order; `solid` are sizes
     over those of the first graded rung; `modes` are numbers of fixed-interface modes on one fine
     graded mesh of order 4. The mesh ladders have so many modes that the mesh's error shows. Cases
     with a longer predicted processor time [s], which is also longer than that of the reference, are
@@ -33,7 +33,7 @@ class Ladders:
     reference_accuracy: float
     graded: Mapping[int, Sequence[int]]
     uniform: Mapping[int, Sequence[int]]
-    solid: Mapping[float, str]
+    solid: Sequence[float]
     adaptive: Sequence[float]
     modes: Sequence[int]
     ladder_modes: int
@@ -46,7 +46,7 @@ FULL = Ladders(
     reference_accuracy=1e-6,
     graded={2: range(-1, 6), 3: range(-1, 5), 4: range(4)},
     uniform={2: range(4), 3: range(3), 4: range(2)},
-    solid={2.0: "auto", 0.7: "auto", 0.4: "auto", 0.25: "auto", 0.15: "iterative"},
+    solid=(2.0, 0.7, 0.4, 0.25, 0.15, 0.1, 0.07, 0.05),
     adaptive=(1e-1, 1e-2, 1e-3, 1e-4, 1e-5),
     modes=(2, 4, 8, 16),
     ladder_modes=24,
@@ -58,7 +58,7 @@ QUICK = Ladders(
     reference_accuracy=1e-4,
     graded={2: (-1, 0, 2, 5)},
     uniform={},
-    solid={},
+    solid=(),
     adaptive=(1e-2,),
     modes=(),
     ladder_modes=6,
@@ -164,10 +164,10 @@ def _settings(thinnest: float, ladders: Ladders) -> Iterator[tuple[str, str, dic
     for modes in ladders.modes:
         sizes = {"order": 4, **graded_sizes(thinnest, 4, 2)}
         yield f"harmonic, order 4, {modes} modes", "modes", {**fixed, **sizes, "modes": modes}
-    for factor, solver in ladders.solid.items():
+    for factor in ladders.solid:
         settings = {
             "level": "solid", "accuracy": _FIXED_ACCURACY, "order": 2, "growth": 0.8,
             "modes": ladders.solid_modes, "size_m": _LARGEST * thinnest * factor,
-            "corner_size_m": _SOLID_CORNER * thinnest * factor, "solver": solver,
+            "corner_size_m": _SOLID_CORNER * thinnest * factor,
         }  # fmt: skip
         yield f"solid, order 2, graded, sizes times {factor:g}", "graded", settings
