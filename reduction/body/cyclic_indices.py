@@ -22,6 +22,7 @@ from solidwhirl.reduction.body.surfaces import nodal_amplitudes, surface_mesh
 from solidwhirl.reduction.errors import ReductionError
 from solidwhirl.reduction.operators.kinematics import COMPONENTS
 from solidwhirl.reduction.operators.matrices import BodyOperators
+from solidwhirl.reduction.operators.solid_matrices import SectorOperator
 from solidwhirl.reduction.residuals import residual_energy as residuals
 from solidwhirl.reduction.solvers.vectors import project
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray, Matrix
@@ -133,20 +134,35 @@ def _basis(operators: BodyOperators, request: CyclicRequest) -> Basis:
     Those of the fixed frame have no stiffness left where a wave stands still in it, which is no
     instability but an engine order that meets its mode.
     """
-    speed, turned = request.maximum_speed_rad_s, operators
-    turn = _turn(operators)
+    speed, turn = request.maximum_speed_rad_s, _turn(operators)
+    spin, softening = operators.gyroscopic, operators.spin_softening
     if turn is not None:
-        spin, softening = (m.copy() for m in (operators.gyroscopic, operators.spin_softening))
-        softening.axpy(turn**2, operators.mass, _DIFFERENT)
-        softening.axpy(-2.0 * turn, spin, _DIFFERENT)
-        spin.axpy(-turn, operators.mass, _DIFFERENT)
-        turned = replace(operators, gyroscopic=spin, spin_softening=softening)
+        spin, softening = _turned(operators, turn)
+    turned = replace(operators, gyroscopic=spin, spin_softening=softening)
     basis = reduction_basis(turned, modes=request.modes, maximum_speed_rad_s=speed)
     basis = with_spin_answers(turned, basis, speed_rad_s=speed, tolerance=_SPIN)
-    if turned is not operators:
+    if turn is not None and not isinstance(spin, SectorOperator):
         spin.destroy()
         softening.destroy()
     return basis
+
+
+def _turned(operators: BodyOperators, turn: int) -> tuple[Any, Any]:
+    """N - t M and S + t² M - 2 t N, where the amplitudes turn t times with the frame."""
+    spin, softening = operators.gyroscopic, operators.spin_softening
+    if isinstance(spin, SectorOperator):
+        # both are of the one matrix that M is of; nothing is assembled, and nothing to be freed
+        every, of_spin = np.eye(3), spin.directions
+        softened = softening.directions + turn**2 * every - 2.0 * turn * of_spin
+        return (
+            replace(spin, directions=of_spin - turn * every),
+            replace(softening, directions=softened),
+        )
+    spin, softening = spin.copy(), softening.copy()
+    softening.axpy(turn**2, operators.mass, _DIFFERENT)
+    softening.axpy(-2.0 * turn, spin, _DIFFERENT)
+    spin.axpy(-turn, operators.mass, _DIFFERENT)
+    return spin, softening
 
 
 def _interior(basis: Basis) -> Matrix:
