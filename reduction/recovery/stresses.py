@@ -47,8 +47,8 @@ class FieldPoints:
     #: (c,) and (p,) numbers of materials
     cell_material: IntArray
     point_material: IntArray
-    #: Sectors that make the solid, copy k turned by 2πk/copies about z and the angle of the first; 1
-    #: of a whole solid and of a meridian
+    #: Sectors that make the solid, copy k turned by 2πk/copies about z and the angle of the first;
+    #: 1 of a whole solid and of a meridian
     copies: int
     angle_rad: float
 
