@@ -122,7 +122,7 @@ def _cheapest_ratios(
     finest = np.where(power == 1.0, _EDGE_FINER, _FINER)
 
     def of(factor: float) -> FloatArray:
-        return np.clip((factor * worth) ** (1.0 / (rate + power)), finest, _COARSER)
+        return np.asarray(np.clip((factor * worth) ** (1.0 / (rate + power)), finest, _COARSER))
 
     low, high = 1e-30, 1e30
     for _ in range(200):

@@ -157,7 +157,7 @@ def test_centrifugal_stress_of_blades_is_what_pulls_on_them(stagger):
         along = np.array([np.cos(theta), np.sin(theta)])
         out, aside = x * along[0] + y * along[1], y * along[0] - x * along[1]
         own = (out > 0.065) & (out < 0.135) & (np.abs(aside) < 0.0062)
-        xx, yy, zz, xy, _, _ = space.steady_stress_pa[own].T
+        xx, yy, _, xy, _, _ = space.steady_stress_pa[own].T
         radial = xx * along[0] ** 2 + yy * along[1] ** 2 + 2 * xy * along[0] * along[1]
         pull = RHO * SPIN**2 * (tip**2 - out[own] ** 2) / 2
         assert own.sum() > 50
