@@ -114,7 +114,7 @@ class ConstrainedIteration:
 
     def without_reactions(self, residual: Matrix) -> Matrix:
         """Residuals without the forces that the constraints take up, whose rounding would stay."""
-        forces = scipy.linalg.cho_solve(self.gram, inner(self.answers, residual, self.comm))
+        forces = self._forces(inner(self.answers, residual, self.comm))
         return np.asarray(residual - self.normals @ forces)
 
     def solve(
@@ -211,7 +211,13 @@ class ConstrainedIteration:
 
     def _back(self, values: Matrix) -> Matrix:
         """P⁻¹ C (Cᵀ P⁻¹ C)⁻¹ times values."""
-        return np.asarray(self.answers @ scipy.linalg.cho_solve(self.gram, values))
+        return np.asarray(self.answers @ self._forces(values))
+
+    def _forces(self, values: Matrix) -> Matrix:
+        """(Cᵀ P⁻¹ C)⁻¹ times values; there may be no constraints."""
+        if not len(values):
+            return values
+        return np.asarray(scipy.linalg.cho_solve(self.gram, values))
 
     def _dots(self, left: Matrix, right: Matrix) -> FloatArray:
         return squares(left, right, self.comm)
