@@ -28,6 +28,13 @@ def unpaired(block: FloatArray) -> Matrix:
     return np.asarray(np.ascontiguousarray(block.T).view(complex).T)
 
 
+def as_complex(real: FloatArray, imaginary: FloatArray) -> Matrix:
+    """Complex block of two real ones, stored by columns."""
+    out = np.empty(real.shape, dtype=complex, order="F")
+    out.real, out.imag = real, imaginary
+    return out
+
+
 @runtime_checkable
 class Operator(Protocol):
     """A matrix that is known by what it makes of a block."""

@@ -42,7 +42,8 @@ class Part(NamedTuple):
         return np.column_stack([z, [*self.inner_m, *self.outer_m[::-1]]])
 
 
-class FeatureSet(NamedTuple):
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FeatureSet:
     """Blades, holes or slots of a body: how many, what is seen of one from the side, mass, kg.
 
     `area_m`: (z, r) of its outline, shape (k, 2). What is cut out has a negative mass.

@@ -9,7 +9,8 @@ import pytest
 from mpi4py import MPI
 
 from solidwhirl.geometry import Body, Interface, Material, Section
-from solidwhirl.meshing import MeshSize, mesh_meridian
+from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_revolved
+from solidwhirl.meshing.own.revolved import unfolded
 from solidwhirl.reduction import ReductionError
 from solidwhirl.reduction.basis.overspeed import speed_without_stiffness
 from solidwhirl.reduction.body.cyclic_indices import CyclicRequest, reduce_indices
@@ -121,6 +122,26 @@ def _lost_stiffness_rad_s(order):
         clamped, mesh, MPI.COMM_SELF, order=order, degree=2, effects=effects
     )
     return speed_without_stiffness(operators, np.empty((operators.mass.getLocalSize()[0], 0)))
+
+
+def test_sectors_have_the_indices_of_their_meridian():
+    """Half and whole sector are one mesh of the circle; the meridian is another mesh.
+
+    What the speed adds is the same on all three: splitting, stiffening, softening.
+    """
+    plate, speeds = _plate(0.02), np.array([0.0, 1500.0])
+    asked = {"indices": (0, 1, 2), "held": ("bore",), "maximum_speed_rad_s": 1500.0}
+    half = mesh_revolved(plate, MeshSize(size_m=0.02, corner_size_m=0.01))
+    meridian, _ = _reduced(plate, 0.005, degree=3, **asked)
+    request = CyclicRequest(level="solid", degree=2, modes=6, **asked)
+    sectors = [reduce_indices(plate, m, MPI.COMM_SELF, request)[0] for m in (half, unfolded(half))]
+    expected, one, other = (nd.nodal_diameter_modes(b, speeds, 1) for b in (meridian, *sectors))
+    for own, same, true in zip(one.families, other.families, expected.families, strict=True):
+        np.testing.assert_allclose(own.frequency_hz, same.frequency_hz, rtol=1e-9)
+        # the coarse mesh is too stiff by 1 %, and so is what the speed adds
+        (rest, fast), (true_rest, true_fast) = own.frequency_hz[:, 0], true.frequency_hz[:, 0]
+        assert 1.0 < rest / true_rest < 1.015
+        assert fast - rest == pytest.approx(true_fast - true_rest, rel=0.015)
 
 
 def test_an_index_that_moves_as_a_whole_is_refused(spinning_ring):
