@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from petsc4py import PETSc
 
 from solidwhirl.meshing import Mesh
 from solidwhirl.meshing.imported.records import AnyBody
@@ -23,7 +22,7 @@ from solidwhirl.reduction.errors import ReductionError
 from solidwhirl.reduction.operators.kinematics import COMPONENTS
 from solidwhirl.reduction.operators.matrices import BodyOperators
 from solidwhirl.reduction.residuals import residual_energy as residuals
-from solidwhirl.reduction.solvers.vectors import project
+from solidwhirl.reduction.solvers.vectors import Combination, project
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray, Matrix
 from solidwhirl.rotordyn.nodal_diameters import (
     CyclicBody,
@@ -34,7 +33,6 @@ from solidwhirl.rotordyn.nodal_diameters import (
 
 # Relative error of a frequency from which on answers to the loads of the spin are in the basis.
 _SPIN = 1e-6
-_DIFFERENT = PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -136,17 +134,16 @@ def _basis(operators: BodyOperators, request: CyclicRequest) -> Basis:
     speed, turned = request.maximum_speed_rad_s, operators
     turn = _turn(operators)
     if turn is not None:
-        spin, softening = (m.copy() for m in (operators.gyroscopic, operators.spin_softening))
-        softening.axpy(turn**2, operators.mass, _DIFFERENT)
-        softening.axpy(-2.0 * turn, spin, _DIFFERENT)
-        spin.axpy(-turn, operators.mass, _DIFFERENT)
-        turned = replace(operators, gyroscopic=spin, spin_softening=softening)
+        spin, softening, mass = operators.gyroscopic, operators.spin_softening, operators.mass
+        turned = replace(
+            operators,
+            gyroscopic=Combination(terms=((1.0, spin), (-turn, mass))),
+            spin_softening=Combination(
+                terms=((1.0, softening), (turn**2, mass), (-2.0 * turn, spin))
+            ),
+        )
     basis = reduction_basis(turned, modes=request.modes, maximum_speed_rad_s=speed)
-    basis = with_spin_answers(turned, basis, speed_rad_s=speed, tolerance=_SPIN)
-    if turned is not operators:
-        spin.destroy()
-        softening.destroy()
-    return basis
+    return with_spin_answers(turned, basis, speed_rad_s=speed, tolerance=_SPIN)
 
 
 def _interior(basis: Basis) -> Matrix:
@@ -175,12 +172,12 @@ def _turn(operators: BodyOperators) -> int | None:
 def _omitted(
     operators: BodyOperators, basis: Basis, body: AnyBody, request: CyclicRequest
 ) -> tuple[OmittedEnergy, ...]:
-    """What the basis leaves out, and on the meridian what its elements can not follow."""
+    """What the basis leaves out, and what its elements can not follow."""
     if not request.estimates:
         return ()
     truncation, answers = residuals.truncation_energy(operators, basis)
     found = [truncation]
-    if "mesh" in request.estimates and operators.level == "harmonic":
+    if "mesh" in request.estimates:
         found.append(residuals.mesh_energy(operators, basis, answers, body.interfaces)[0])
     size, first = basis.vectors.shape[1], basis.interface_count
     kept = np.arange(4 * size).reshape(4, size)[:, first:].ravel()
