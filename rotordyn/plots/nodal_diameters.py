@@ -161,28 +161,28 @@ def _order_line(order: int, view: BladeCampbell, top: float) -> list[charts.Mark
     ]
 
 
-def fixed_frame_chart(view: BladeCampbell) -> charts.Chart:
-    """Return what a probe that stands still sees of the waves with h diameters: |ω ∓ hΩ|."""
-    hertz = view.rpm * view.speed_ratio / 60.0
-    seen = []
-    for f in view.families:
-        for direction in ("backward", "forward") if f.direction == "standing" else (f.direction,):
-            shift = f.index * (hertz if direction == "forward" else -hertz)[:, None]
-            moved = np.abs(f.frequency_hz + shift)
-            name = f.direction if f.index == 0 else direction
-            seen.append(replace(f, frequency_hz=moved, direction=name))
+def fixed_frame_chart(view: BladeCampbell, sectors: int | None) -> charts.Chart:
+    """Return what a probe at rest sees of the waves with h diameters, |ω ∓ hΩ|, and of h ± N.
+
+    `sectors`: N; None of a body of revolution, which has no waves but h.
+    """
+    seen = _as_seen(view, 0)
     top = _ROOM * max((float(np.nanmax(f.frequency_hz, initial=0.0)) for f in seen), default=1.0)
     by_index = {k: [*g] for k, g in groupby(seen, lambda f: f.index)}
     options = [charts.Option(label="all", marks=_branches(view.rpm, seen))]
-    options += [
-        charts.Option(label=str(k), marks=_branches(view.rpm, g)) for k, g in by_index.items()
-    ]
+    for index, own in by_index.items():
+        marks = _branches(view.rpm, own)
+        for shift in (-sectors, sectors) if sectors else ():
+            more = [f for f in _as_seen(view, shift) if f.index == index]
+            marks += _further_waves(view.rpm, more, index + shift)
+        options.append(charts.Option(label=str(index), marks=marks))
     return charts.Chart(
         name="blade-campbell-fixed",
         title="Nodal-diameter modes as a probe at rest sees them",
         caption="The part of each mode with as many waves around as it has nodal diameters. Of N "
-        "sectors a mode has parts with h + kN waves too, with smaller amplitudes as a rule. Where "
-        "a backward wave comes down to zero it stands still, and a steady load meets it.",
+        "sectors a mode has parts with h + kN waves too, with smaller amplitudes as a rule: thin "
+        "lines for one nodal diameter are those of h - N and h + N waves. Where a backward wave "
+        "comes down to zero it stands still, and a steady load meets it.",
         alt="Frequencies of the nodal diameters in the fixed frame over the speed.",
         x=charts.speed_axis(float(view.rpm[0]), float(view.rpm[-1])),
         y=charts.Axis(label="frequency at rest", unit="Hz", low=0.0, high=top, digits=".6g"),
@@ -192,6 +192,36 @@ def fixed_frame_chart(view: BladeCampbell) -> charts.Chart:
         ],
         height_px=480,
     )
+
+
+def _as_seen(view: BladeCampbell, more: int) -> list[FamilyCurves]:
+    """Families as their waves h + more are seen at rest; a standing one has both directions."""
+    hertz = view.rpm * view.speed_ratio / 60.0
+    seen = []
+    for f in view.families:
+        for direction in ("backward", "forward") if f.direction == "standing" else (f.direction,):
+            shift = (f.index + more) * (hertz if direction == "forward" else -hertz)[:, None]
+            name = f.direction if f.index + more == 0 else direction
+            seen.append(replace(f, frequency_hz=np.abs(f.frequency_hz + shift), direction=name))
+    return seen
+
+
+def _further_waves(
+    rpm: FloatArray, families: Sequence[FamilyCurves], waves: int
+) -> list[charts.Mark]:
+    """Thin lines of the parts of modes with other numbers of waves."""
+    look = charts.Look("@ink/0.5", "dot", width=1.0)
+    return [
+        charts.Curve(
+            x=rpm,
+            y=family.frequency_hz[:, mode],
+            look=look,
+            texts=[f"{abs(waves)} waves around, of {family.direction} mode {mode + 1}"] * len(rpm),
+        )
+        for family in families
+        for mode in range(family.frequency_hz.shape[1])
+        if np.isfinite(family.frequency_hz[:, mode]).any()
+    ]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -89,20 +89,69 @@ def thinned(surface: Surface, spacing_m: float) -> Surface:
     """
     if surface.kind != "meridian":
         return _clustered(surface)
-    chains = outline_chains(surface.cells)
-    kept: list[IntArray] = [
-        chain[_kept_of_chain(surface.points_m[chain], spacing_m)] for chain in chains
-    ]
-    points = np.unique(np.concatenate(kept)) if kept else np.empty(0, dtype=np.int64)
-    new = np.full(len(surface.points_m), -1)
-    new[points] = np.arange(points.size)
-    cells = [np.column_stack([new[k[:-1]], new[k[1:]]]) for k in kept if k.size > 1]
+    points, cells = kept_of_outline(surface.points_m, surface.cells, spacing_m)
     return replace(
         surface,
         points_m=surface.points_m[points],
-        cells=np.concatenate(cells) if cells else np.empty((0, 2), dtype=np.int64),
+        cells=cells,
         amplitudes=surface.amplitudes[points],
     )
+
+
+def kept_of_outline(
+    points_m: FloatArray, cells: IntArray, spacing_m: float
+) -> tuple[IntArray, IntArray]:
+    """Return which points of a meridian's outline are kept, and the edges between those."""
+    kept: list[IntArray] = [
+        chain[_kept_of_chain(points_m[chain], spacing_m)] for chain in outline_chains(cells)
+    ]
+    points = np.unique(np.concatenate(kept)) if kept else np.empty(0, dtype=np.int64)
+    new = np.full(len(points_m), -1)
+    new[points] = np.arange(points.size)
+    edges = [np.column_stack([new[k[:-1]], new[k[1:]]]) for k in kept if k.size > 1]
+    return points, np.concatenate(edges) if edges else np.empty((0, 2), dtype=np.int64)
+
+
+def kept_of_sector(points_m: FloatArray, cells: IntArray, most: int) -> tuple[IntArray, IntArray]:
+    """Return which points of a sector's surface are kept, and the triangles between those.
+
+    There is one point for each small box that has some. On the cut faces boxes are of r and z, so
+    that both faces keep the same points and copies of the sector have no gaps between them.
+    `most`: points at most.
+    """
+    low, size = points_m.min(axis=0), float(np.ptp(points_m, axis=0).max())
+    side = _cut_side(points_m, cells)
+    # rounded, as both faces are equal up to that
+    flat = np.column_stack([np.hypot(points_m[:, 0], points_m[:, 1]), points_m[:, 2]])
+    flat = np.round(flat / size, 8)
+    first_by_place = np.lexsort(flat.T)
+    box = 1.0 / 400.0
+    while True:
+        place = np.floor((points_m - low) / (size * box))
+        place[side != 0] = 0.0
+        place[side != 0, :2] = np.floor(flat[side != 0] / box)
+        boxes = np.column_stack([side, place]).astype(np.int64)[first_by_place]
+        _, first, group = np.unique(boxes, axis=0, return_index=True, return_inverse=True)
+        if first.size <= most or box > 0.2:
+            break
+        box *= 1.12
+    new = np.empty(len(points_m), dtype=np.int64)
+    new[first_by_place] = group.reshape(-1)
+    triangles = new[cells]
+    lost = (triangles == np.roll(triangles, 1, axis=1)).any(axis=1)
+    return first_by_place[first], triangles[~lost]
+
+
+def _cut_side(points_m: FloatArray, cells: IntArray) -> IntArray:
+    """-1 and 1 of points on the edges of a sector's surface, by the cut face, else 0."""
+    edges = np.sort(np.concatenate([cells[:, [0, 1]], cells[:, [1, 2]], cells[:, [2, 0]]]), axis=1)
+    found, count = np.unique(edges, axis=0, return_counts=True)
+    own = np.unique(found[count == 1])
+    middle = points_m[:, :2].sum(axis=0)
+    across = points_m[:, 1] * middle[0] - points_m[:, 0] * middle[1]
+    side = np.zeros(len(points_m), dtype=np.int64)
+    side[own] = np.where(across[own] < 0.0, -1, 1)
+    return side
 
 
 def _kept_of_chain(points: FloatArray, spacing: float) -> IntArray:
