@@ -23,6 +23,8 @@ _NAMES = {
     "forward": "forward",
     "standing": "standing (forward and backward in one)",
 }
+# Engine orders in an interference diagram that are told by name.
+_LABELS = 40
 _NEAR = charts.Look("@bad", "", "circle-open", 15, 2.5)
 
 
@@ -126,6 +128,7 @@ def _campbell_marks(
 
 
 def _branches(rpm: FloatArray, families: Sequence[FamilyCurves]) -> list[charts.Mark]:
+    """All branches, those of one direction together, which have one entry in the legend."""
     return [
         charts.Curve(
             x=rpm,
@@ -134,7 +137,7 @@ def _branches(rpm: FloatArray, families: Sequence[FamilyCurves]) -> list[charts.
             look=replace(_LOOKS[family.direction], size=4.0, width=1.5),
             texts=[_point_text(family, mode, e) for e in family.error[:, mode].tolist()],
         )
-        for family in families
+        for family in sorted(families, key=lambda f: [*_NAMES].index(f.direction))
         for mode in range(family.frequency_hz.shape[1])
         if np.isfinite(family.frequency_hz[:, mode]).any()
     ]
@@ -246,10 +249,14 @@ def interference_chart(view: Interference) -> charts.Chart:
         (float(np.nanmax(f, initial=0.0)) for f in view.frequency_hz.values()), default=1.0
     )
     top, line = _ROOM * highest, view.zigzag
-    looks = {d: replace(_LOOKS[d], dash="", size=8.0) for d in _LOOKS}
+    sizes = {"backward": 12.0}  # open, around the others of nearly the same frequency
+    looks = {d: replace(_LOOKS[d], dash="", size=sizes.get(d, 8.0)) for d in _LOOKS}
     parts.append(
         charts.Curve(
-            x=line[:, 0], y=line[:, 1], name="engine orders", look=charts.Look("@ink", width=1.0)
+            x=line[:, 0],
+            y=line[:, 1],
+            name="line of engine orders",
+            look=charts.Look("@ink", width=1.0),
         )
     )
     shown = [e for e in view.engine_orders if e[2] <= top]
@@ -258,11 +265,16 @@ def interference_chart(view: Interference) -> charts.Chart:
             charts.Curve(
                 x=np.array([float(index) for _, index, _ in shown]),
                 y=np.array([hertz for *_, hertz in shown]),
-                name="engine orders",
+                name="engine orders that are looked at",
                 look=charts.Look("@ink", "", "x", 7.0),
                 texts=[f"engine order {order}" for order, *_ in shown],
             )
         )
+        if len(shown) <= _LABELS:
+            parts += [
+                charts.Label(x=float(index), y=hertz, text=f"EO {order}", side="right")
+                for order, index, hertz in shown
+            ]
     x = np.array(view.index, dtype=float)
     for direction, hertz in view.frequency_hz.items():
         for mode in range(hertz.shape[1]):
@@ -308,7 +320,7 @@ def amplification_chart(
             look=charts.Look("@c3", "", "diamond", 9.0),
             texts=[f"{name} of the patterns stay below {q:.3f}" for name, q in quantiles.items()],
         ),
-        charts.Rule(at=bound, name="(1 + √N) / 2", text="bound of Whitehead"),
+        charts.Rule(at=bound, name="(1 + √N) / 2", text="bound"),
     ]
     return charts.Chart(
         name="amplification",

@@ -50,7 +50,7 @@ def _modes(stagger_deg, indices, speeds):
 def _per_tip(modes, shapes, place, direction, at):
     """Nominal root stress of the first mode over the largest displacement."""
     family = modes.family(modes.body.indices[place].index, direction)
-    sign = -1.0 if direction == "forward" else 1.0
+    sign = -1.0 if family.direction == "forward" else 1.0
     rates = sign * family.frequency_hz[at] / nd.HZ_PER_RAD_S
     vectors, speed = family.vectors[at], float(modes.speeds_rad_s[at])
     found = [nd.root_stress(r, rates, speed, vectors) for r in shapes.roots[place]]
@@ -99,8 +99,8 @@ def test_bending_of_a_slender_blade_at_rest(stagger_deg, indices):
     for place in range(len(indices)):
         for direction in ("backward", "forward"):
             nominal, peak = _per_tip(modes, shapes, place, direction, 0)
-            # Timoshenko's shear and the slope of a root that is no plane: (t/L)², some 1e-3
-            assert nominal == pytest.approx([expected], rel=4e-3)
+            # Timoshenko's shear: (t/L)², some 4e-4, and the mesh
+            assert nominal == pytest.approx([expected], rel=2e-3)
             assert 0.5 * expected < peak[0] < 2.0 * expected
 
 
@@ -115,6 +115,6 @@ def test_bending_of_a_turning_blade(stagger_deg):
         for direction in ("backward", "forward"):
             family = modes.family((0, 2)[place], direction)
             found = family.frequency_hz[1, 0] / nd.HZ_PER_RAD_S / BEAM_RAD_S
-            assert found == pytest.approx(rate, rel=3e-3)
+            assert found == pytest.approx(rate, rel=2e-3)
             nominal, _ = _per_tip(modes, shapes, place, direction, 1)
-            assert nominal == pytest.approx([expected], rel=1e-2)
+            assert nominal == pytest.approx([expected], rel=2e-3)

@@ -96,7 +96,7 @@ class NodalDiametersSpec(base.Sweep):
     ) = None
     engine_orders: Annotated[tuple[Count, ...], Field(max_length=MOST)] = ()
     margin_percent: Annotated[float, Field(gt=0, lt=100, strict=True)] = 5.0
-    probe: bool = False
+    probe: Literal["off", "on"] = "off"
     mistuning: MistuningSpec | None = None
 
     @model_validator(mode="after")
@@ -139,7 +139,9 @@ class NodalDiametersSpec(base.Sweep):
             else results.mistuning_document(
                 body, self.mistuning.asked, crossings, ratio, float(self.speeds_rad_s[-1])
             ),
-            "fixed_frame_hz": results.fixed_frame_document(modes, asked) if self.probe else None,
+            "fixed_frame_hz": results.fixed_frame_document(modes, asked)
+            if self.probe == "on"
+            else None,
             "root_stress": own_shapes.root_document(shapes, modes, self.modes),
             "notes": notes,
         }

@@ -28,6 +28,8 @@ from solidwhirl.rotordyn.plots.chart import Chart
 Document = Mapping[str, Any]
 # Rows of a table that is shown whole.
 _MOST = 12
+# Of a line that shows where further engine orders would be.
+_ORDERS = 200
 
 
 def campbell_view(document: Document, engine: Engine) -> charts.BladeCampbell:
@@ -87,15 +89,23 @@ def interference_view(document: Document) -> charts.Interference:
     turn = body_rad_s * nd.HZ_PER_RAD_S
     standing = np.array(document["standing"])
     own = {d: numbers(found["frequency_hz"][d]) for d in DIRECTIONS}
-    by_direction: dict[str, FloatArray] = {d: np.where(standing[:, None], np.nan, hertz) for d, hertz in own.items()}
+    by_direction: dict[str, FloatArray] = {
+        d: np.where(standing[:, None], np.nan, hertz) for d, hertz in own.items()
+    }
     by_direction["standing"] = np.where(standing[:, None], own["backward"], np.nan)
     return charts.Interference(
         rpm=found["speed_rpm"],
         index=document["nodal_diameter"],
         frequency_hz=by_direction,
-        zigzag=nd.zigzag(sectors, max(orders), body_rad_s),
+        zigzag=nd.zigzag(sectors, max(*orders, _to_the_top(own, turn)), body_rad_s),
         engine_orders=[(e, nd.excited_index(e, sectors)[0], e * turn) for e in orders],
     )
+
+
+def _to_the_top(own: Mapping[Any, FloatArray], turn_hz: float) -> int:
+    """The engine order at the highest frequency, as far as a line can be told from the next one."""
+    highest = max((float(np.nanmax(f, initial=0.0)) for f in own.values()), default=0.0)
+    return min(int(1.2 * highest / turn_hz), _ORDERS) if turn_hz > 0.0 else 0
 
 
 def amplification_view(document: Document) -> Chart:

@@ -151,7 +151,7 @@ solidwhirl.modeViewer = (host, data, firstTheme) => {
   wants.names.checked = !isNarrow;
   const bar = make("div", { className: "controls" },
     labelled("modes", stateList), labelled("mode", modeList), play, labelled("speed", pace),
-    labelled("amplitude", size), labelled("bodies", viewList),
+    labelled("amplitude", size), labelled(data.turns ? "body" : "bodies", viewList),
     ...(data.turns ? [] : Object.entries(wants).map(([name, box]) => make("label", {}, box, " " + name))));
   if (data.turns) viewList.value = "closed";
   const key = make("p", { className: "caption viewer-key" });
@@ -341,8 +341,10 @@ solidwhirl.modeViewer = (host, data, firstTheme) => {
     }
   }
   function layoutNow() {
-    const margin = 0.3 * length * 0.5, out = Math.max(1.45 * reach.radius, 0.16 * length) + 0.1 * length;
-    const wide = length + 2 * margin, middle = 0.5 * (reach.first + reach.last), hidden = { visible: false, showspikes: false };
+    const margin = 0.3 * length * 0.5;
+    // room for bearings and the ground around the bodies, or for the motion alone
+    const out = data.turns ? 1.1 * reach.radius : Math.max(1.45 * reach.radius, 0.16 * length) + 0.1 * length;
+    const wide = data.turns ? reach.last - reach.first + 2 * margin : length + 2 * margin, middle = 0.5 * (reach.first + reach.last), hidden = { visible: false, showspikes: false };
     // what the camera sees at the distance of the axis, in units of plotly's cube
     const unit = Math.max(wide / (1.0 * plot.clientWidth / height()), (2 * out) / 1.04);
     return solidwhirl.layout({
@@ -350,7 +352,7 @@ solidwhirl.modeViewer = (host, data, firstTheme) => {
       scene: {
         aspectmode: "manual",
         aspectratio: { x: wide / unit, y: (2 * out) / unit, z: (2 * out) / unit },
-        xaxis: { title: { text: "z [m]" }, range: [middle - 0.5 * wide, middle + 0.5 * wide], nticks: 6, showspikes: false, showgrid: false, zeroline: false },
+        xaxis: { ...(data.turns ? hidden : { title: { text: "z [m]" } }), range: [middle - 0.5 * wide, middle + 0.5 * wide], nticks: 6, showspikes: false, showgrid: false, zeroline: false },
         yaxis: { ...hidden, range: [-out, out] },
         zaxis: { ...hidden, range: [-out, out] },
         // blades are seen from the end of the axis, shafts from the side
@@ -455,7 +457,7 @@ solidwhirl.modeViewer = (host, data, firstTheme) => {
   size.addEventListener("input", () => { if (!busy) redraw(); });
   size.addEventListener("change", redraw);
   play.addEventListener("click", () => { playing = !playing; asked = playing; run(); });
-  const moving = data.states.findIndex((s) => s.modes.some((m) => m.rpm > 0 && m.whirl !== "planar"));
+  const moving = data.states.findIndex((s) => s.modes.some((m) => (m.rpm > 0 || data.turns) && m.whirl !== "planar"));
   stateList.value = Math.max(0, moving);
   fillModes();
   // the lowest forward whirl, which unbalance excites
