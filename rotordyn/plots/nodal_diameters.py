@@ -272,7 +272,7 @@ def interference_chart(view: Interference) -> charts.Chart:
         )
         if len(shown) <= _LABELS:
             parts += [
-                charts.Label(x=float(index), y=hertz, text=f"EO {order}", side="right")
+                charts.Label(x=index - 0.06, y=hertz, text=f"EO {order}", side="left")
                 for order, index, hertz in shown
             ]
     x = np.array(view.index, dtype=float)

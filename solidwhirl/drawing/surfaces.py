@@ -115,38 +115,68 @@ def kept_of_outline(
 def kept_of_sector(points_m: FloatArray, cells: IntArray, most: int) -> tuple[IntArray, IntArray]:
     """Return which points of a sector's surface are kept, and the triangles between those.
 
-    There is one point for each small box that has some. On the cut faces boxes are of r and z, so
-    that both faces keep the same points and copies of the sector have no gaps between them.
-    `most`: points at most.
+    There is one point for each small box that has some, the one at the sharpest edge. On the cut
+    faces boxes are of r and z, so that both faces keep the same points and copies of the sector
+    have no gaps between them. `most`: points at most.
     """
     low, size = points_m.min(axis=0), float(np.ptp(points_m, axis=0).max())
-    side = _cut_side(points_m, cells)
     # rounded, as both faces are equal up to that
     flat = np.column_stack([np.hypot(points_m[:, 0], points_m[:, 1]), points_m[:, 2]])
     flat = np.round(flat / size, 8)
-    first_by_place = np.lexsort(flat.T)
+    side, sharpness = _cut_side(points_m, cells), _sharpness(points_m, cells, flat)
+    order = np.lexsort((*flat.T, -np.round(sharpness, 3)))
     box = 1.0 / 400.0
     while True:
         place = np.floor((points_m - low) / (size * box))
         place[side != 0] = 0.0
         place[side != 0, :2] = np.floor(flat[side != 0] / box)
-        boxes = np.column_stack([side, place]).astype(np.int64)[first_by_place]
+        boxes = np.column_stack([side, place]).astype(np.int64)[order]
         _, first, group = np.unique(boxes, axis=0, return_index=True, return_inverse=True)
         if first.size <= most or box > 0.2:
             break
         box *= 1.12
     new = np.empty(len(points_m), dtype=np.int64)
-    new[first_by_place] = group.reshape(-1)
+    new[order] = group.reshape(-1)
     triangles = new[cells]
     lost = (triangles == np.roll(triangles, 1, axis=1)).any(axis=1)
-    return first_by_place[first], triangles[~lost]
+    return order[first], triangles[~lost]
+
+
+def _edges(cells: IntArray) -> tuple[IntArray, IntArray, IntArray]:
+    """Edges of triangles, (3 c, 2): number of each among the different ones, these, their count."""
+    edges = np.sort(np.concatenate([cells[:, [0, 1]], cells[:, [1, 2]], cells[:, [2, 0]]]), axis=1)
+    found, number, count = np.unique(edges, axis=0, return_inverse=True, return_counts=True)
+    return number.reshape(-1), found, count
+
+
+def _sharpness(points_m: FloatArray, cells: IntArray, flat: FloatArray) -> FloatArray:
+    """How much a surface turns at its points, 0 where it is plane.
+
+    On the edges of the surface, which both cut faces have, the turn of these in r and z, `flat`.
+    """
+    corners = points_m[cells]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    number, edges, count = _edges(cells)
+    total = np.zeros((len(edges), 3))
+    np.add.at(total, number, np.tile(normal, (3, 1)))
+    turn = np.where(count == 2, 2.0 - np.linalg.norm(total, axis=1), 0.0)
+    sharp = np.bincount(edges.ravel(), np.repeat(turn, 2), len(points_m))
+    outer = edges[count == 1]
+    along = flat[outer[:, 1]] - flat[outer[:, 0]]
+    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-300)
+    ends = np.zeros_like(flat)
+    np.add.at(ends, outer[:, 0], along)
+    np.add.at(ends, outer[:, 1], -along)
+    own = np.unique(outer)
+    sharp[own] = np.linalg.norm(ends[own], axis=1)
+    return np.asarray(sharp)
 
 
 def _cut_side(points_m: FloatArray, cells: IntArray) -> IntArray:
     """-1 and 1 of points on the edges of a sector's surface, by the cut face, else 0."""
-    edges = np.sort(np.concatenate([cells[:, [0, 1]], cells[:, [1, 2]], cells[:, [2, 0]]]), axis=1)
-    found, count = np.unique(edges, axis=0, return_counts=True)
-    own = np.unique(found[count == 1])
+    _, edges, count = _edges(cells)
+    own = np.unique(edges[count == 1])
     middle = points_m[:, :2].sum(axis=0)
     across = points_m[:, 1] * middle[0] - points_m[:, 0] * middle[1]
     side = np.zeros(len(points_m), dtype=np.int64)

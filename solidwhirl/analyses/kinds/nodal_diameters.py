@@ -110,6 +110,8 @@ class NodalDiametersSpec(base.Sweep):
     def run(self, engine: base.Engine) -> Outcome:
         """Modes of all nodal diameters over the speed, their crossings, and mistuned blades."""
         source: results.CyclicSource = engine.cyclic(self.body)
+        if self.mistuning is not None:
+            results.refuse_mistuning(self.mistuning.asked, source, self.body)
         ratio = abs(engine.speed_ratios[self.body])
         indices, notes = results.chosen_indices(
             self.nodal_diameters, source, self.held, every=self.mistuning is not None

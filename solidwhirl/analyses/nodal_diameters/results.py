@@ -216,6 +216,20 @@ class MistuningAsked(NamedTuple):
     random: tuple[float, int, int] | None
 
 
+def refuse_mistuning(wanted: MistuningAsked, source: CyclicSource, body: str) -> None:
+    """Refuse what blades of a body can not be asked, before it is reduced. Raises AnalysisError."""
+    if source.sectors is None:
+        raise AnalysisError(
+            f"mistuning: {body!r} is of revolution; it has no blades to be mistuned"
+        )
+    given = wanted.blade_deviations
+    if given is not None and len(given) != source.sectors:
+        raise AnalysisError(
+            f"mistuning.blade_deviations: {len(given)} given, but {body!r} has {source.sectors} "
+            "sectors, and one is needed for each"
+        )
+
+
 def mistuning_document(
     body: nd.CyclicBody, wanted: MistuningAsked, crossings: Sequence[nd.Crossing], ratio: float,
     last_rad_s: float,

@@ -16,7 +16,7 @@ from solidwhirl.drawing.motion import (
     mode_in_space,
     with_few_points,
 )
-from solidwhirl.drawing.surfaces import MOST_POINTS, Piece, kept_of_outline, kept_of_sector
+from solidwhirl.drawing.surfaces import Piece, kept_of_outline, kept_of_sector
 from solidwhirl.page.frame.plotly_chart import page_chart
 from solidwhirl.page.frame.records import ModeViewer, Run, Section, Table
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
@@ -28,6 +28,8 @@ from solidwhirl.rotordyn.plots.frame import mode_name
 from solidwhirl.rotordyn.plots.modes import deflection_chart, share_chart
 
 _WHOLE = 32767
+# Points of all copies of a sector.
+_MOST_POINTS = 4000
 # Distance of points along the outline of a meridian, over its size.
 _OUTLINE = 0.035
 #: Numbers below this are zero; a step of them could not be represented.
@@ -177,7 +179,7 @@ def turning_viewer(block: TurningModes) -> ModeViewer:
     axial = points[:, 2] if count else points[:, 0]
     radius = np.hypot(points[:, 0], points[:, 1]) if count else points[:, 1]
     if count:
-        kept, cells = kept_of_sector(points, block.cells, max(MOST_POINTS // count, 60))
+        kept, cells = kept_of_sector(points, block.cells, max(_MOST_POINTS // count, 60))
     else:
         spacing = _OUTLINE * float(np.ptp(points, axis=0).max())
         kept, cells = kept_of_outline(points, block.cells, spacing)
