@@ -27,6 +27,8 @@ from solidwhirl.rotordyn.superelement.validation import MOTIONS
 _CORNER, _STEPS = 0.12, 60
 # Points of the surface of a whole solid.
 MOST_POINTS = 2500
+# Components of a direction that tell two sides of a surface apart.
+_COUNTS = 0.35
 # Half the thickness of a rigid disk over its radius, as no scene tells it.
 _FLAT = 0.06
 
@@ -115,8 +117,9 @@ def kept_of_outline(
 def kept_of_sector(points_m: FloatArray, cells: IntArray, most: int) -> tuple[IntArray, IntArray]:
     """Return which points of a sector's surface are kept, and the triangles between those.
 
-    There is one point for each small box that has some, the one at the sharpest edge. On the cut
-    faces boxes are of r and z, so that both faces keep the same points and copies of the sector
+    There is one point for each small box that has some and each direction that the surface there
+    looks to, as both sides of a thin blade are in one box: the point at the sharpest edge. On the
+    cut faces boxes are of r and z, so that both faces keep the same points and copies of the sector
     have no gaps between them. `most`: points at most.
     """
     low, size = points_m.min(axis=0), float(np.ptp(points_m, axis=0).max())
@@ -125,12 +128,14 @@ def kept_of_sector(points_m: FloatArray, cells: IntArray, most: int) -> tuple[In
     flat = np.round(flat / size, 8)
     side, sharpness = _cut_side(points_m, cells), _sharpness(points_m, cells, flat)
     order = np.lexsort((*flat.T, -np.round(sharpness, 3)))
+    looks = _looks(points_m, cells)
+    looks[side != 0] = 0.0
     box = 1.0 / 400.0
     while True:
         place = np.floor((points_m - low) / (size * box))
         place[side != 0] = 0.0
         place[side != 0, :2] = np.floor(flat[side != 0] / box)
-        boxes = np.column_stack([side, place]).astype(np.int64)[order]
+        boxes = np.column_stack([side, place, looks]).astype(np.int64)[order]
         _, first, group = np.unique(boxes, axis=0, return_index=True, return_inverse=True)
         if first.size <= most or box > 0.2:
             break
@@ -140,6 +145,21 @@ def kept_of_sector(points_m: FloatArray, cells: IntArray, most: int) -> tuple[In
     triangles = new[cells]
     lost = (triangles == np.roll(triangles, 1, axis=1)).any(axis=1)
     return order[first], triangles[~lost]
+
+
+def _normals(points_m: FloatArray, cells: IntArray) -> FloatArray:
+    """Unit normals of triangles."""
+    corners = points_m[cells]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return np.asarray(normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300))
+
+
+def _looks(points_m: FloatArray, cells: IntArray) -> FloatArray:
+    """Where the surface looks at its points: signs of the components that count, (p, 3)."""
+    total = np.zeros_like(points_m)
+    np.add.at(total, cells.ravel(), np.repeat(_normals(points_m, cells), 3, axis=0))
+    total /= np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-300)
+    return np.where(np.abs(total) > _COUNTS, np.sign(total), 0.0)
 
 
 def _edges(cells: IntArray) -> tuple[IntArray, IntArray, IntArray]:
@@ -154,9 +174,7 @@ def _sharpness(points_m: FloatArray, cells: IntArray, flat: FloatArray) -> Float
 
     On the edges of the surface, which both cut faces have, the turn of these in r and z, `flat`.
     """
-    corners = points_m[cells]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    normal = _normals(points_m, cells)
     number, edges, count = _edges(cells)
     total = np.zeros((len(edges), 3))
     np.add.at(total, number, np.tile(normal, (3, 1)))
