@@ -11,7 +11,9 @@ from solidwhirl.analyses.kinds.nodal_diameters import NodalDiametersSpec
 from solidwhirl.analyses.nodal_diameters.results import CyclicSource
 from solidwhirl.core.blocks import Table, TurningModes
 from solidwhirl.core.errors import SceneError
+from solidwhirl.meshing import Sector
 from solidwhirl.page.modes.shapes import turning_viewer
+from solidwhirl.pipeline.cyclic_bodies import cyclic_source
 from solidwhirl.pipeline.run import run_scene
 from solidwhirl.rotordyn import AnalysisError
 from solidwhirl.rotordyn.plots.chart import Chart
@@ -228,3 +230,10 @@ def test_what_a_body_can_not_be_asked(sectors, asked, message):
     engine = SimpleNamespace(cyclic={"rotor": source}.get, speed_ratios={"rotor": 2.0})
     with pytest.raises(AnalysisError, match=message):
         spec.run(engine)
+
+
+def test_stages_without_a_common_sector_are_refused():
+    sectors = tuple(Sector(count=n, mirrored=True) for n in (24, 31, 37))
+    mesh = SimpleNamespace(parts=SimpleNamespace(sectors=sectors), dimension=3, sector=sectors[0])
+    with pytest.raises(AnalysisError, match="'drum' is made of parts with 24, 31, 37 sectors"):
+        cyclic_source(None, {"drum": SimpleNamespace(mesh=mesh)}, "drum")
