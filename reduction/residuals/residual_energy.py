@@ -125,10 +125,15 @@ def _answer(operators: BodyOperators, basis: Basis, load: Matrix, inside: Matrix
     return inside + basis.factor.solve(rest, None, tolerance=_ROUGH)
 
 
-def residual_terms(operators: BodyOperators, block: Matrix) -> FloatArray:
-    """K V, M V, G V (N V) and (Kσ - S) V, zero where a matrix is absent; (4, local û, n)."""
+def residual_terms(
+    operators: BodyOperators, block: Matrix, strained: int | None = None
+) -> FloatArray:
+    """K V, M V, G V (N V) and (Kσ - S) V, zero where a matrix is absent; (4, local û, n).
+
+    `strained`: leading columns that K V is wanted of; None: all.
+    """
     out = np.zeros((4, *block.shape), dtype=block.dtype)
-    out[0] = apply(operators.stiffness, block)
+    out[0, :, :strained] = apply(operators.stiffness, block[:, :strained])
     out[1] = apply(operators.mass, block)
     if operators.gyroscopic is not None:
         out[2] = apply(operators.gyroscopic, block)
@@ -215,7 +220,8 @@ def _missed(
     wider space, n). Of its matrices only the stiffness is left.
     """
     v, b = basis.vectors, basis.interface_count
-    loads = residual_terms(finer, _raised(operators, finer, v))
+    # the modes answer their own strain in the space they are of
+    loads = residual_terms(finer, _raised(operators, finer, v), b)
     free = _raised(operators, finer, basis.free)
     loads = balanced(loads, finer, free)
     for k in range(1, 4):  # in place of the loads, which are not needed any more
@@ -226,7 +232,6 @@ def _missed(
                 left += basis.shift * apply(finer.mass, known)
             loads[k] = _answers(solver, left)
     loads[0, :, :b] = _answers(solver, loads[0][:, :b])
-    loads[0, :, b:] = 0.0
     solver.destroy()
     misses = _unmoved(loads, finer, free)
     for unused in (finer.mass, finer.gyroscopic, finer.stress_stiffening, finer.spin_softening):
