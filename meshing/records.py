@@ -78,6 +78,8 @@ class Sector:
     #: the plane θ = 0. Otherwise it is a whole sector with two cut faces of any shape: nodes of the
     #: one, turned by 2π/N, are nodes of the other.
     mirrored: bool
+    #: Of the body at which the mesh has θ = 0 [rad]
+    angle_rad: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse sectors that bending can not be told by."""

@@ -85,7 +85,7 @@ def mesh_sector(body: Body, size: MeshSize, local: LocalSize | None = None) -> M
         outline=_outline(points, sides[0]),
         size=size,
         quality=quality,
-        sector=Sector(count=cut.count, mirrored=cut.mirrored),
+        sector=Sector(count=cut.count, mirrored=cut.mirrored, angle_rad=cut.angle_rad),
     )
 
 

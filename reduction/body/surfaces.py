@@ -50,7 +50,8 @@ def surface_mesh(mesh: Mesh) -> SurfaceMesh:
         outer = outer[(radius[outer] > _ON_AXIS * radius.max()).any(axis=1)]
     copies = None
     if mesh.sector is not None:
-        copies = Copies(count=mesh.sector.count, mirrored=mesh.sector.mirrored)
+        own = mesh.sector
+        copies = Copies(count=own.count, mirrored=own.mirrored, angle_rad=own.angle_rad)
         outer = outer[~_cut(mesh.points, outer, copies)]
     used, cells = np.unique(outer, return_inverse=True)
     points = mesh.points[used].copy()

@@ -120,7 +120,7 @@ def sector(element):
             order=np.array([1, 1]),
             family=np.array([0, 1]),
             size=element.size,
-            copies=Copies(count=7, mirrored=True),
+            copies=Copies(count=7, mirrored=True, angle_rad=0.3),
         ),
     )
 
@@ -145,6 +145,11 @@ def test_round_trip_of_a_sector(sector, tmp_path):
         (lambda f: f.attrs.__delitem__("cyclic_sectors"), "one of 7 sectors"),
         (lambda f: f["sector_surface"].attrs.__setitem__("copies", 8), "one of 8 sectors"),
         (lambda f: f["sector_surface"].attrs.__setitem__("copies", "all"), "'copies' is 'all'"),
+        (lambda f: f["sector_surface"].attrs.__delitem__("angle"), "angle None; a number is"),
+        (
+            lambda f: f["sector_surface"].attrs.__setitem__("angle", np.nan),
+            "of copies is nan",
+        ),
         (lambda f: f["sector_surface"].attrs.__setitem__("kind", "solid"), "is of kind 'solid'"),
         (lambda f: f.__delitem__("sector_surface/amplitudes_imaginary"), "is missing"),
     ],
