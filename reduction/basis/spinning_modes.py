@@ -21,12 +21,16 @@ from solidwhirl.reduction.operators.matrices import BodyOperators
 from solidwhirl.reduction.operators.solver_choice import Solver
 from solidwhirl.reduction.solvers.block_krylov import GrowingSpace, bordered_image
 from solidwhirl.reduction.solvers.vectors import apply, inner, squares
-from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, Matrix
+from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray
 
-# Relative error of a squared frequency that is left: the energy of the correction over that of the
-# mode. Rounding alone is 3e-17; directions made of it spoil the space.
-_ERROR = 1e-12
+# Correction that is left of a mode, in the norm of the mass. In the energy norm rounding alone is
+# 5e-9: it has the highest frequencies of the mesh, which the mass hardly sees, and directions made
+# of it spoil the space.
+_CORRECTION = 1e-9
+# What rounding may leave of it on fine meshes; squared frequencies are then good to 1e-12.
+_ROUNDING = 1e-6
 _SWEEPS = 10
+_LAST_CORRECTIONS = 2
 # Relative error of the lowest θ; the margin has to be much larger than it.
 _SOFTEST = 1e-2
 #: Part of the stiffness at rest, in the softest direction, below which inertia is counted.
@@ -81,8 +85,8 @@ def modes_at_speed(
     not positive. Solutions counts the columns that went through the factor.
 
     What differs from the modes at rest is small, and a basis of both divides the error of the
-    modes by it. The last correction, which would spoil the space, is therefore taken off the
-    converged modes themselves: it leaves some hundredths of the error.
+    modes by it. The last corrections, which would spoil the space, are therefore taken off the
+    converged modes themselves: each leaves some hundredths of the error.
     """
     comm = body.mass.comm.tompi4py()
     f, count = body.free.shape[1], start.shape[1]
@@ -90,7 +94,7 @@ def modes_at_speed(
     space = GrowingSpace(body.free, body.mass, comm)
     new = space.extend(np.array(start, order="F"), apply(body.mass, start))
     image, images, solutions, done = np.zeros((0, 0), dtype=start.dtype), [], 0, 0
-    largest: list[float] = []
+    largest = [np.inf]
     for _ in range(_SWEEPS):
         images.append(body.times(space.columns(-new)))
         image = bordered_image(image, inner(space.columns(f), images[-1], comm))
@@ -101,21 +105,25 @@ def modes_at_speed(
         vectors = space.columns(f) @ shapes
         use = np.flatnonzero(wanted(values, vectors))[done:]
         product = np.hstack(images) @ shapes[:, use]
-        step, energy = _correction(body, weight_free, product, values[use], vectors[:, use])
+        step = _correction(body, weight_free, product, values[use], vectors[:, use])
         solutions += len(use)
-        error = energy / values[use]
-        open_ = error > _ERROR
-        largest.append(float(error.max(initial=0.0)))
-        if not open_.any():
+        weight = apply(body.mass, step)
+        squared = squares(step, weight, comm)
+        open_ = squared > _CORRECTION**2
+        largest.append(float(squared.max(initial=0.0)))
+        # a sweep that brought nothing
+        is_rounding = largest[-1] <= _ROUNDING**2 and largest[-1] >= min(largest[:-1])
+        if not open_.any() or is_rounding:
             last = np.flatnonzero(wanted(values, vectors))
-            shown = vectors[:, last]
-            step, _ = _correction(body, weight_free, body.times(shown), values[last], shown)
-            vectors[:, last] -= step
-            return values, vectors, solutions + len(last)
+            for _ in range(_LAST_CORRECTIONS):
+                shown = vectors[:, last]
+                product = body.times(shown)
+                vectors[:, last] -= _correction(body, weight_free, product, values[last], shown)
+            return values, vectors, solutions + _LAST_CORRECTIONS * len(last)
         if len(largest) > 2 and largest[-1] >= largest[-3]:
             return None  # two sweeps that brought nothing: a factor is sooner there
         done += int(np.argmax(open_))
-        new = space.extend(np.asfortranarray(step[:, open_]), apply(body.mass, step[:, open_]))
+        new = space.extend(np.asfortranarray(step[:, open_]), weight[:, open_])
         if not new:
             return None
     return None
@@ -127,10 +135,8 @@ def _correction(
     product: FloatArray,
     values: FloatArray,
     vectors: FloatArray,
-) -> tuple[Matrix, FloatArray]:
-    """K⁻¹ times the residuals of modes at speed, and its energies; `product`: with K there."""
+) -> FloatArray:
+    """K⁻¹ times the residuals of modes at speed, from the product of the stiffness there."""
     residual = product - apply(body.mass, vectors) * values
-    comm = body.mass.comm.tompi4py()
-    residual -= weight_free @ inner(body.free, residual, comm)
-    step = body.answer(residual)
-    return step, squares(step, residual, comm)
+    residual -= weight_free @ inner(body.free, residual, body.mass.comm.tompi4py())
+    return body.answer(residual)

@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from petsc4py import PETSc
 
 from solidwhirl.meshing import Mesh
 from solidwhirl.meshing.imported.records import AnyBody
@@ -22,9 +21,8 @@ from solidwhirl.reduction.body.surfaces import nodal_amplitudes, surface_mesh
 from solidwhirl.reduction.errors import ReductionError
 from solidwhirl.reduction.operators.kinematics import COMPONENTS
 from solidwhirl.reduction.operators.matrices import BodyOperators
-from solidwhirl.reduction.operators.solid_matrices import SectorOperator
 from solidwhirl.reduction.residuals import residual_energy as residuals
-from solidwhirl.reduction.solvers.vectors import project
+from solidwhirl.reduction.solvers.vectors import Combination, project
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray, Matrix
 from solidwhirl.rotordyn.nodal_diameters import (
     CyclicBody,
@@ -35,7 +33,6 @@ from solidwhirl.rotordyn.nodal_diameters import (
 
 # Relative error of a frequency from which on answers to the loads of the spin are in the basis.
 _SPIN = 1e-6
-_DIFFERENT = PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,35 +131,19 @@ def _basis(operators: BodyOperators, request: CyclicRequest) -> Basis:
     Those of the fixed frame have no stiffness left where a wave stands still in it, which is no
     instability but an engine order that meets its mode.
     """
-    speed, turn = request.maximum_speed_rad_s, _turn(operators)
-    spin, softening = operators.gyroscopic, operators.spin_softening
+    speed, turned = request.maximum_speed_rad_s, operators
+    turn = _turn(operators)
     if turn is not None:
-        spin, softening = _turned(operators, turn)
-    turned = replace(operators, gyroscopic=spin, spin_softening=softening)
-    basis = reduction_basis(turned, modes=request.modes, maximum_speed_rad_s=speed)
-    basis = with_spin_answers(turned, basis, speed_rad_s=speed, tolerance=_SPIN)
-    if turn is not None and not isinstance(spin, SectorOperator):
-        spin.destroy()
-        softening.destroy()
-    return basis
-
-
-def _turned(operators: BodyOperators, turn: int) -> tuple[Any, Any]:
-    """N - t M and S + t² M - 2 t N, where the amplitudes turn t times with the frame."""
-    spin, softening = operators.gyroscopic, operators.spin_softening
-    if isinstance(spin, SectorOperator):
-        # both are of the one matrix that M is of; nothing is assembled, and nothing to be freed
-        every, of_spin = np.eye(3), spin.directions
-        softened = softening.directions + turn**2 * every - 2.0 * turn * of_spin
-        return (
-            replace(spin, directions=of_spin - turn * every),
-            replace(softening, directions=softened),
+        spin, softening, mass = operators.gyroscopic, operators.spin_softening, operators.mass
+        turned = replace(
+            operators,
+            gyroscopic=Combination(terms=((1.0, spin), (-turn, mass))),
+            spin_softening=Combination(
+                terms=((1.0, softening), (turn**2, mass), (-2.0 * turn, spin))
+            ),
         )
-    spin, softening = spin.copy(), softening.copy()
-    softening.axpy(turn**2, operators.mass, _DIFFERENT)
-    softening.axpy(-2.0 * turn, spin, _DIFFERENT)
-    spin.axpy(-turn, operators.mass, _DIFFERENT)
-    return spin, softening
+    basis = reduction_basis(turned, modes=request.modes, maximum_speed_rad_s=speed)
+    return with_spin_answers(turned, basis, speed_rad_s=speed, tolerance=_SPIN)
 
 
 def _interior(basis: Basis) -> Matrix:
@@ -191,12 +172,12 @@ def _turn(operators: BodyOperators) -> int | None:
 def _omitted(
     operators: BodyOperators, basis: Basis, body: AnyBody, request: CyclicRequest
 ) -> tuple[OmittedEnergy, ...]:
-    """What the basis leaves out, and on the meridian what its elements can not follow."""
+    """What the basis leaves out, and what its elements can not follow."""
     if not request.estimates:
         return ()
     truncation, answers = residuals.truncation_energy(operators, basis)
     found = [truncation]
-    if "mesh" in request.estimates and operators.level == "harmonic":
+    if "mesh" in request.estimates:
         found.append(residuals.mesh_energy(operators, basis, answers, body.interfaces)[0])
     size, first = basis.vectors.shape[1], basis.interface_count
     kept = np.arange(4 * size).reshape(4, size)[:, first:].ravel()

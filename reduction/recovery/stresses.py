@@ -47,10 +47,10 @@ class FieldPoints:
     #: (c,) and (p,) numbers of materials
     cell_material: IntArray
     point_material: IntArray
-    #: Sectors that make the solid, copy k turned by 2πk/copies about z beyond the first; 1 of a
-    #: whole solid and of a meridian
+    #: Sectors that make the solid, copy k turned by 2πk/copies about z and the angle of the first;
+    #: 1 of a whole solid and of a meridian
     copies: int
-    angle_rad: float  #: What the first is turned by
+    angle_rad: float
 
     def theta_rad(self, half_planes: int) -> FloatArray:
         """Angles of the half planes of a meridian, or of the copies of a sector."""

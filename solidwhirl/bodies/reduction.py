@@ -60,7 +60,7 @@ class Discretisation:
 
     degree: int
     size: MeshSize
-    local: LocalSize | None  #: Sizes over the meridian in their place; None: there are none
+    local: LocalSize | None  #: Sizes by place instead; None: there are none
     modes: int
     #: Speeds between rest and the top that the basis has modes of
     speeds_between_rad_s: tuple[float, ...]

@@ -51,7 +51,6 @@ def _reduced(
     held, indices, modes = asked
     own, used = job.plan.bodies[found.body.name], found.discretisation
     level = "harmonic" if mesh.dimension == 2 else "solid"
-    estimates = ("mode_truncation", "mesh") if level == "harmonic" else ("mode_truncation",)
     request = CyclicRequest(
         level=level,
         indices=tuple(indices),
@@ -59,7 +58,7 @@ def _reduced(
         degree=used.degree,
         modes=modes + _SPARE,
         maximum_speed_rad_s=own.maximum_speed_rad_s,
-        estimates=estimates if job.scene.model.estimates == "on" else (),
+        estimates=("mode_truncation", "mesh") if job.scene.model.estimates == "on" else (),
         solver=own.solver,
     )
     why = f", nodal diameters {min(indices)} to {max(indices)}"

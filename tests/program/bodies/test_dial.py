@@ -105,11 +105,11 @@ def test_errors_of_elements_add_up_to_that_of_the_mesh(run):
 
 
 def test_solid_error_is_its_difference_from_the_harmonic_level(run):
-    """Parts: the circumference, the meridian elements, the basis; together they cover it."""
+    """Parts: the elements of the sector, the basis; together they cover it."""
     solid = run(level="solid", accuracy=0.05)
     fine = run(accuracy=1e-3, order=4)
     parts = solid.estimates.campbell.parts
-    assert {"circumferential", "mesh", "mode_truncation"} <= set(parts)
+    assert {"mesh", "mode_truncation"} <= set(parts)
     true = np.abs(solid.campbell.frequency_hz / fine.campbell.frequency_hz - 1.0)
     assert np.all(true <= solid.estimates.campbell.total)
     assert np.all(solid.estimates.campbell.total <= 3.0 * true)

@@ -148,7 +148,7 @@ def test_round_trip_of_a_sector(sector, tmp_path):
         (lambda f: f["sector_surface"].attrs.__delitem__("angle"), "angle None; a number is"),
         (
             lambda f: f["sector_surface"].attrs.__setitem__("angle", np.nan),
-            "of copies is nan",
+            "angle of copies is nan",
         ),
         (lambda f: f["sector_surface"].attrs.__setitem__("kind", "solid"), "is of kind 'solid'"),
         (lambda f: f.__delitem__("sector_surface/amplitudes_imaginary"), "is missing"),
