@@ -234,9 +234,7 @@ def told(row: dict[str, Any]) -> str:
     lines += [
         f"  own meshes: order 1 over 1 ± N {ppm(own['order_1_over_neighbours'])} ppm; estimate over"
         " it " + " ".join(f"{v:.2f}" for v in own["estimate_over_change"]),
-        "  rigid ring "
-        + " ".join(f"{100 * v:.1f}" for v in row["rigid_ring"])
-        + f" % {source[2]}",
+        "  rigid ring " + " ".join(f"{100 * v:.1f}" for v in row["rigid_ring"]) + f" % {source[2]}",
     ]
     return "\n".join(lines)
 

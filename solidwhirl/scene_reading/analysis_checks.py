@@ -16,6 +16,7 @@ from solidwhirl.analyses.kinds.stiffness_study import StiffnessStudySpec
 from solidwhirl.analyses.registry import AnalysisSpec
 from solidwhirl.core.errors import unknown
 from solidwhirl.geometry.features import FEWEST
+from solidwhirl.scene.features import BladeSpec, HoleSpec, SlotSpec
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import acting_on, is_off_axis
 from solidwhirl.scene_checks.recovery_references import no_solid
@@ -90,8 +91,8 @@ def _feature_counts(scene: Scene, name: str) -> list[int]:
         return []
     body = scene.bodies[name]
     groups = (group.blades.count for group in body.stage_groups if group.blades is not None)
-    own = (feature.count for feature in (*body.blades, *body.holes, *body.slots))
-    return [*own, *(count for counts in groups for count in counts)]
+    own: list[BladeSpec | HoleSpec | SlotSpec] = [*body.blades, *body.holes, *body.slots]
+    return [*(feature.count for feature in own), *(n for counts in groups for n in counts)]
 
 
 def _nodal_problems(scene: Scene, spec: NodalDiametersSpec) -> Iterator[str]:
