@@ -7,8 +7,9 @@
     python bench/scaling.py --only mesh   these again, the rest as it was: harmonic, revolved,
                                           solid, mesh, engine
 
-With --fit the coefficients of what was not measured stay as they are. Every case runs in a process of its own, one after another; the shortest processor time of the
-repeats counts. Cases with two ranks run under mpirun and are shown, not fitted.
+With --fit the coefficients of what was not measured stay as they are. Every case runs in a process
+of its own, one after another; the shortest processor time of the repeats counts. Cases with two
+ranks run under mpirun and are shown, not fitted.
 """
 
 from __future__ import annotations
