@@ -1,4 +1,4 @@
-"""Our side of the comparison: `python peers_ours.py reference|solid|reduced|floor OUT.json ...`."""
+"""Our side of the comparison: `python peers_ours.py reference|solid|reduced OUT.json ...`."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import dataclasses
 import json
 import pickle
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -77,7 +76,7 @@ def loaded(mesh_file: str):
 
 
 def solid(mesh_file: str, speeds: str) -> dict:
-    """Reduction of a solid mesh and its Campbell diagram, at one speed or all."""
+    """Reduction of a sector and its Campbell diagram, at one speed or all."""
     from mpi4py import MPI
 
     from solidwhirl.reduction import reduce_body
@@ -124,43 +123,9 @@ def reduced(mesh_file: str, motions: str) -> dict:
     }
 
 
-def floor(mesh_file: str) -> dict:
-    """Reduction over one factorisation and one triangular solve per vector of the basis."""
-    from mpi4py import MPI
-
-    from solidwhirl.reduction import reduce_body
-    from solidwhirl.reduction.operators.matrices import OperatorEffects, build_operators
-    from solidwhirl.reduction.solvers.constrained import factorise
-
-    body, mesh = reference_rotor(), loaded(mesh_file)
-    start = time.process_time()
-    element, _ = reduce_body(body, mesh, MPI.COMM_SELF, request_of("solid", 2, 8, TOP_RPM), {})
-    reduction = time.process_time() - start
-    effects = OperatorEffects(
-        gyroscopic=False,
-        centrifugal=False,
-        components={i.name: ("ux", "uy") for i in body.interfaces},
-        lateral_only=True,
-    )
-    operators = build_operators(body, mesh, MPI.COMM_SELF, order=None, degree=2, effects=effects)
-    start = time.process_time()
-    factor = factorise(operators.stiffness, operators.coupling.rows)
-    factored = time.process_time() - start
-    columns = len(element.coordinates) // operators.families
-    factor.solve(np.ones((operators.mass.getLocalSize()[0], columns)), None)
-    whole = time.process_time() - start
-    return {
-        "reduction_cpu_s": reduction,
-        "factorisation_cpu_s": factored,
-        "solves": columns,
-        "floor_cpu_s": whole,
-        "reduction_over_floor": reduction / whole,
-    }
-
-
 def main() -> None:
     """Do what is asked and write it."""
-    task = {"reference": reference, "solid": solid, "reduced": reduced, "floor": floor}[sys.argv[1]]
+    task = {"reference": reference, "solid": solid, "reduced": reduced}[sys.argv[1]]
     Path(sys.argv[2]).write_text(json.dumps(task(*sys.argv[3:])))
 
 

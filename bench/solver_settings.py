@@ -42,7 +42,7 @@ def operators(corner_m: float):
         gyroscopic=False,
         centrifugal=False,
         components={i.name: ("ux", "uy") for i in body.interfaces},
-        lateral_only=True,
+        shape="round",
     )
     mesh = mesh_solid(body, size)
     return build_operators(body, mesh, MPI.COMM_SELF, order=None, degree=2, effects=effects)

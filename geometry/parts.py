@@ -57,7 +57,7 @@ def layout_of(body: Body) -> PartLayout:
         found = tuple(f for f in body.features if f.section in own)
         count = math.gcd(*(f.count for f in found))
         if count < FEWEST:
-            listed = ", ".join(f"{f.name!r} {f.count}" for f in found)
+            listed = ", ".join(f"{f.kind} '{f.name}' {f.count}" for f in found)
             raise GeometryError(
                 f"features of sections that touch have counts without a common divisor of {FEWEST} "
                 f"or more: {listed}; put a section without features between them"

@@ -4,6 +4,9 @@ Every triangle of the meridian, revolved through the angle β = π/N, is a prism
 tetrahedra; which diagonals cut its sides follows from the numbers of the nodes, so that neighbours
 agree (Dompierre et al., Proc. 8th Int. Meshing Roundtable (1999) 195-204). Fields of a low
 circumferential order change so little within β that the meridian alone decides on the accuracy.
+
+Edges are arcs on curved surfaces, and straight inside where there is room: elements with bent edges
+do not hold all fields of second degree in the coordinates, as a thin disk in bending has them.
 """
 
 from __future__ import annotations
@@ -35,8 +38,10 @@ FEWEST_SECTORS, MOST_SECTORS = 20, 24
 _OF_PRISM = np.array([[0, 1, 2, 5], [0, 1, 4, 5], [0, 3, 4, 5]])
 # A tetrahedron whose corners 1 and 2 have changed places.
 _TURNED_OVER = [0, 2, 1, 3, 6, 5, 4, 7, 9, 8]
-# Nodes are in the plane θ = 0 up to this part of the size.
+# Nodes are in the plane θ = 0, surfaces in a plane of constant z, up to this part of the size.
 _NEAR = 1e-9
+# Part of its quality with bent edges that an element keeps with straight ones, or they stay bent.
+_KEPT = 0.8
 # gmsh's edges of a second-order triangle and tetrahedron, in the order of their nodes
 _TRIANGLE_EDGES = ((0, 1), (1, 2), (2, 0))
 _EDGES = ((0, 1), (1, 2), (2, 0), (3, 0), (3, 2), (3, 1))
@@ -68,8 +73,9 @@ def revolved(meridian: Mesh, sectors: int | None = None) -> Mesh:
         for name, edges in meridian.interfaces.items()
     }
     cells = _positive(points, cells)
+    points = _straight_inside(points, cells, meridian)
     cells, points, used = compact(points, cells)
-    quality = _quality(points, cells)
+    quality = _quality(points, cells, meridian.quality)
     return replace(
         meridian,
         points=points,
@@ -114,8 +120,8 @@ def sectors_of(meridian: Mesh) -> int:
     return int(np.clip(4 * round(wanted / 4), FEWEST_SECTORS, MOST_SECTORS))
 
 
-def _quality(points: FloatArray, cells: IntArray) -> MeshQuality:
-    """Quality of slender elements, whose curved edges are only sheared along the circumference."""
+def _quality(points: FloatArray, cells: IntArray, flat: MeshQuality) -> MeshQuality:
+    """Quality of slender elements; what is made straight is made so in the meridian, `flat`."""
     found = scaled_jacobians(points, cells)
     if found.min() <= 0.0:
         x, y, z = points[cells[int(found.argmin())]].mean(axis=0)
@@ -123,8 +129,10 @@ def _quality(points: FloatArray, cells: IntArray) -> MeshQuality:
             f"solid mesh: element at z = {z:.6g}, r = {np.hypot(x, y):.6g} m is folded; choose "
             "another element size there"
         )
-    return MeshQuality(
-        minimum_scaled_jacobian=float(found.min()), mean_scaled_jacobian=float(found.mean())
+    return replace(
+        flat,
+        minimum_scaled_jacobian=float(found.min()),
+        mean_scaled_jacobian=float(found.mean()),
     )
 
 
@@ -194,6 +202,47 @@ def _positive(points: FloatArray, cells: IntArray) -> IntArray:
     out = cells.copy()
     out[wrong] = cells[wrong][:, _TURNED_OVER]
     return out
+
+
+def _straight_inside(points: FloatArray, cells: IntArray, meridian: Mesh) -> FloatArray:
+    """Points with the middles of edges between the two planes on chords, but for curved surfaces.
+
+    Elements that would lose too much of their quality keep their arcs, as small ones do that lie
+    next to a curved surface.
+    """
+    nodes = len(meridian.points)
+    between = np.zeros(len(points), dtype=bool)
+    between[nodes : 2 * nodes] = True
+    between[nodes + _on_curved_surfaces(meridian)] = False
+    chosen = between[cells[:, 4:]]
+    out = points.copy()
+    ends = cells[:, np.array(_EDGES)][chosen]
+    out[cells[:, 4:][chosen]] = 0.5 * (points[ends[:, 0]] + points[ends[:, 1]])
+    least = _KEPT * scaled_jacobians(points, cells)
+    looked_at = np.arange(len(cells))
+    while len(looked_at):
+        poor = looked_at[scaled_jacobians(out, cells[looked_at]) < least[looked_at]]
+        back = np.unique(cells[poor])
+        back = back[(out[back] != points[back]).any(axis=1)]
+        out[back] = points[back]
+        looked_at = np.flatnonzero(np.isin(cells, back).any(axis=1))
+    return out
+
+
+def _on_curved_surfaces(meridian: Mesh) -> IntArray:
+    """Nodes of a meridian on its boundary, between materials and on interfaces, but for planes."""
+    rows = np.array([(i, j, 3 + k) for k, (i, j) in enumerate(_TRIANGLE_EDGES)])
+    edges = meridian.cells[:, rows].reshape(-1, 3)
+    material = np.repeat(meridian.cell_material, 3)
+    _, first, which = np.unique(edges[:, 2], return_index=True, return_inverse=True)
+    low, high = (np.full(len(first), fill) for fill in (len(meridian.materials), -1))
+    np.minimum.at(low, which, material)
+    np.maximum.at(high, which, material)
+    alone = np.bincount(which) == 1
+    found = np.vstack([edges[first[alone | (low != high)]], *meridian.interfaces.values()])
+    z = meridian.points[found, 0]
+    curved = np.ptp(z, axis=1) > _NEAR * np.abs(meridian.points).max()
+    return np.asarray(np.unique(found[curved]))
 
 
 def _facets(edges: IntArray, cells: IntArray, on_axis: BoolArray, nodes: int) -> IntArray:

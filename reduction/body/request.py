@@ -35,7 +35,8 @@ class ReductionRequest:
     #: Errors to estimate: "mode_truncation", and on the harmonic level "mesh", which compares with
     #: elements one order higher
     estimates: tuple[str, ...] = ()
-    #: How systems of a solid are solved: "direct", "iterative", or "auto": by the memory there is
+    #: How systems of a whole mesh are solved: "direct", "iterative", or "auto": by the memory there
+    #: is; those of sectors and meridians always directly
     solver: str = "auto"
     #: Of a body of joined parts: whether the orders next to 1 are taken in where they meet
     neighbours: bool = False

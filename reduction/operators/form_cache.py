@@ -18,6 +18,7 @@ import os
 import shutil
 import struct
 import time
+import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -170,11 +171,13 @@ def _guarded(compiler: Callable[..., Any]) -> Callable[..., Any]:
 
 @contextlib.contextmanager
 def silent() -> Iterator[None]:
-    """Keep the commands and the progress of the compilers out of the error stream."""
+    """Keep the commands, the progress and open files of the compilers out of the error stream."""
     before = logging.root.manager.disable
     logging.disable(max(before, logging.INFO))
     try:
-        yield
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ResourceWarning)
+            yield
     finally:
         logging.disable(before)
 

@@ -39,10 +39,10 @@ from solidwhirl.reduction.operators.matrices import (
 from solidwhirl.reduction.operators.solid_matrices import SectorStiffness, component_mass
 from solidwhirl.reduction.operators.solver_choice import Solver
 from solidwhirl.reduction.residuals.relaxation import relaxation
-from solidwhirl.reduction.residuals.singular_cells import singular_cells
+from solidwhirl.reduction.residuals.singular_cells import singular_nodes
 from solidwhirl.reduction.solvers.constrained import ConstrainedFactor, factorise
 from solidwhirl.reduction.solvers.vectors import apply, inner, project, symmetric
-from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray, Matrix
+from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, IntArray, Matrix
 from solidwhirl.rotordyn.superelement.record import ErrorForm
 
 # Displacement r^α at the end of a rigid surface on a straight outline; at a re-entrant corner of
@@ -82,6 +82,7 @@ class FinerSpace:
     misses: Matrix
     coupling: Coupling
     ingredients: Any
+    singular: BoolArray  #: Which vertices are at re-entrant edges or ends of rigid interfaces
 
 
 def truncation_energy(operators: BodyOperators, basis: Basis) -> tuple[Omitted, FloatArray]:
@@ -162,7 +163,11 @@ def mesh_energy(
         free = _raised(operators, finer, basis.free)
         solver, found = relaxation(finer, free, operators.comm), _FOUND
     misses = _missed(operators, basis, answers, finer, solver)
-    weighted = _weighted_stiffness(operators, finer, interfaces)
+    given = operators.ingredients
+    singular = singular_nodes(
+        finer.space.mesh, given.facet_tags, interfaces, given.kinematics.cyclic
+    )
+    weighted = _weighted_stiffness(operators, finer, singular)
     energy = _gram(weighted, misses, operators.comm) / found
     weighted.destroy()
     omitted = Omitted(part="mesh", gram=energy, safety=_RESERVE, cutoff_rad_s=np.inf)
@@ -172,6 +177,7 @@ def mesh_energy(
         misses=_single(misses),  # they only tell where the error is
         coupling=finer.coupling,
         ingredients=finer.ingredients,
+        singular=singular,
     )
     # PETSc keeps what Python merely drops
     for held in (finer.stiffness, finer.coupling.unknowns):
@@ -302,20 +308,19 @@ def singular_factor(degree: int, exponent: float = _SINGULAR_EXPONENT) -> float:
     return float(squares.sum() + rest)
 
 
-def _weighted_stiffness(operators: BodyOperators, finer: BodyOperators, interfaces: Any) -> Any:
+def _weighted_stiffness(operators: BodyOperators, finer: BodyOperators, singular: BoolArray) -> Any:
     """K of the finer space, every element times what the next order leaves out there."""
     given, domain = finer.ingredients, finer.space.mesh
     degree = compat.polynomial_degree(operators.space)
     factor = fem.Function(compat.scalar_space(domain, "DG", 0))
-    cyclic = given.kinematics.cyclic
-    singular = singular_cells(domain, given.facet_tags, interfaces, cyclic)
-    values = np.where(singular, singular_factor(degree), _SMOOTH_SAFETY)
+    at_edge = singular[compat.straight_cells(domain)[1]].any(axis=1)
+    values = np.where(at_edge, singular_factor(degree), _SMOOTH_SAFETY)
     compat.owned_values(factor)[:] = values
     kin = replace(given.kinematics, weight=factor * given.kinematics.weight)
     u, v = ufl.TrialFunction(finer.space), ufl.TestFunction(finer.space)
     dx = forms.measure(domain, kin, degree + 1)
     form = forms.stiffness_form(kin, given.matter, u, v, dx)
-    if cyclic is None:
+    if given.kinematics.cyclic is None:
         return assembled(form, finer.coupling)
     return SectorStiffness(unknowns=finer.coupling.unknowns, matrix=assembled(form))
 

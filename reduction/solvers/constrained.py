@@ -200,7 +200,7 @@ def _refuse_failure(factor: Any, size: int, available: int | None) -> None:
         raise FactorMemoryError(
             f"the factor of {size} unknowns needs {needed:.3g} GB of memory in one process and "
             f"{available / 1e9:.3g} GB are available; take a coarser mesh, the harmonic level, "
-            "the iterative solver, or more processes on other machines"
+            "more processes on other machines, or, for the mesh of a whole, the iterative solver"
         )
     raise ReductionError(f"the factorisation of {size} unknowns failed: MUMPS INFOG(1) = {state}")
 

@@ -42,10 +42,15 @@ def refuse_what_does_not_fit(
         if cost.peak_memory_gib <= available_gib:
             continue
         if isinstance(body, MeshedBody):
-            advice = "coarser mesh" if body.request.step is None else "larger size_m"
+            advice = "a coarser mesh" if body.request.step is None else "a larger size_m"
+            if None in plan.solved_orders and plan.solver == "direct":
+                other = replace(plan, solver="iterative")
+                cheaper = predict_body_cost(body, other, modes=modes[name], estimates=estimates)
+                if cheaper.peak_memory_gib <= available_gib:
+                    advice = f"solver = 'iterative' ({_numbers(cheaper)}), or {advice}"
             raise MemoryShortageError(
                 f"mesh_bodies.{name}: would have {_numbers(cost)}, {available_gib:.3g} GiB are "
-                f"available; take a {advice}"
+                f"available; take {advice}"
             )
         found = [
             f"{what} ({_numbers(c)})"

@@ -56,10 +56,10 @@ def make_plan(scene: Scene, bodies: Mapping[str, Body], level: str | None = None
         name: _body_plan(scene, body, "solid" if body.features else level, top[name], on, carried)
         for name, body in bodies.items()
     }
-    plans |= {
-        name: replace(mesh_plan(body, top[name], on, carried), solver=scene.model.solver)
-        for name, body in build_mesh_bodies(scene).items()
-    }
+    for name, mesh_body in build_mesh_bodies(scene).items():
+        own = mesh_plan(mesh_body, top[name], on, carried)
+        whole = None in own.solved_orders
+        plans[name] = replace(own, solver=scene.model.solver) if whole else own
     return Plan(
         effects=effects,
         bodies=plans,

@@ -58,8 +58,7 @@ def operators_of(body: Body, level: str, size: MeshSize, order: int) -> BodyOper
 
 def dense(matrix) -> FloatArray:
     """PETSc matrix with all its entries."""
-    whole = matrix.folded() if hasattr(matrix, "folded") else matrix
-    return np.asarray(sparse(whole).toarray())
+    return np.asarray(sparse(matrix).toarray())
 
 
 def held_space(operators: BodyOperators) -> FloatArray:

@@ -16,7 +16,6 @@ from solidwhirl.meshing.own.quality import scaled_jacobians, straighten
 from solidwhirl.rotordyn import Superelement, check_superelement
 
 GRADED = MeshSize(size_m=0.02, corner_size_m=1e-4, growth=0.7)
-COARSE = MeshSize(size_m=0.1, corner_size_m=0.02, growth=1.0, around=8)
 
 
 def _rotor(*interfaces: Interface, fillet_m: float = 0.0, step_m: float = 0.0) -> Body:
@@ -62,10 +61,9 @@ def _slices(level: str, part: float) -> float:
 
 def _step(level: str, part: float) -> float:
     """A step on a shoulder of this part of the disk's width, against none."""
-    size = GRADED if level == "harmonic" else COARSE
     degree = 3 if level == "harmonic" else 2
     found = [
-        free_hz(_rotor(step_m=0.03 * p), level, size, components=(), modes=2, degree=degree)[0]
+        free_hz(_rotor(step_m=0.03 * p), level, GRADED, components=(), modes=2, degree=degree)[0]
         for p in (part, 0.0)
     ]
     return abs(float(found[0] / found[1]) - 1.0)

@@ -66,7 +66,7 @@ def _spinning_disk() -> float:
 
 NEEDLE = {
     "harmonic": even(0.02),
-    "solid": MeshSize(size_m=0.04, corner_size_m=0.04, through_thickness=0.3, around=4),
+    "solid": even(0.04, 6),
 }
 
 

@@ -50,7 +50,8 @@ def _swept(level: str) -> tuple[int, int, float]:
         mesh = meshed(body, level, size)
         folded += int(np.sum(smallest_jacobians(mesh.points, mesh.cells) <= 0.0))
         straight += mesh.quality.straightened_elements
-        error = max(error, abs(mesh_mass_kg(mesh) / exact - 1.0))
+        copies = 2 * mesh.sector.count if mesh.sector else 1
+        error = max(error, abs(copies * mesh_mass_kg(mesh) / exact - 1.0))
     return folded, straight, float(error)
 
 

@@ -106,9 +106,8 @@ def _not_refused(level: str) -> float:
     operators = operators_of(RING, level, FEW_UNKNOWNS[level], 1)
     space = held_space(operators).shape[1]
     operators.release()
-    # the unknowns of a solid hold both modes of a pair
-    most = space if level == "harmonic" else space // 2
-    asked = (most + 1, most + 2, 2 * most, 10 * most, 10**9)
+    # of both levels an unknown stands for both modes of a pair
+    asked = (space + 1, space + 2, 2 * space, 10 * space, 10**9)
     return float(
         sum(
             not refusal(lambda n=n: reduced(RING, level, FEW_UNKNOWNS[level], modes=n))

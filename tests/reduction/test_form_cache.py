@@ -18,7 +18,7 @@ def compile_forms(forms, *, cache_dir, seconds=0.0, said=None):
     """What FFCx does: claim a source, compile it, and say that it is ready."""
     source = cache_dir / SOURCE
     try:
-        source.open("x").close()
+        source.open("x")  # and leaves it to the collector to close it, which is a warning
     except FileExistsError:
         if not source.with_suffix(".c.cached").exists():
             raise TimeoutError("JIT compilation timed out") from None

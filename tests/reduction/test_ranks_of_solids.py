@@ -18,7 +18,7 @@ import sys
 
 sys.path.insert(0, {str(TESTS)!r})
 import numpy as np
-from reduced import reduced_to
+from reduced import reduced_to, whole_of
 from shapes import body, plane, section
 from mpi4py import MPI
 
@@ -30,15 +30,21 @@ sections = section("shaft", 0.0, 0.1, 0.0, 0.02), section("disk", 0.02, 0.04, 0.
 CASE = """
 
 def reduced(name, solver):
+    whole, kind = name.startswith("whole "), name.removeprefix("whole ")
     couplings = {"distributing": ("distributing",) * 2, "rigid": ("distributing", "rigid")}
-    first, second = couplings.get(name, couplings["distributing"])
+    first, second = couplings.get(kind, couplings["distributing"])
     left, right = plane("left", 0.0, first), plane("right", 0.1, second)
-    faces = () if name == "free" else (left, right)
-    all_motions = name in ("rigid", "harmonic")
+    faces = () if kind == "free" else (left, right)
+    all_motions = kind in ("rigid", "harmonic")
+    shape, mesh = body(*sections, interfaces=faces), None
+    size = MeshSize(size_m=0.04, corner_size_m=0.04, growth=0.8, around=8)
+    if whole:
+        shape, mesh = whole_of(shape, size)
     return reduced_to(
-        body(*sections, interfaces=faces),
-        "harmonic" if name == "harmonic" else "solid",
-        MeshSize(size_m=0.04, corner_size_m=0.04, growth=0.8, around=8),
+        shape,
+        "harmonic" if kind == "harmonic" else "solid",
+        size,
+        mesh=mesh if comm.rank == 0 else None,
         comm=comm,
         orders=(0, 1) if all_motions else (1,),
         components=("ux", "uy", "uz", "rx", "ry", "rz") if all_motions else ("ux", "uy"),
@@ -54,6 +60,7 @@ def reduced(name, solver):
 def numbers(name, solver):
     # what does not depend on the directions within pairs of equal frequency
     element, work = reduced(name, solver)
+    assert work.solver == solver
     out = {"free": element.free_frequencies_hz, "held": element.fixed_interface_frequencies_hz}
     m, k = element.mass, element.stiffness
     fast = k + 3000.0**2 * (element.stress_stiffening - element.spin_softening)
@@ -174,11 +181,11 @@ BASIS = 3e-7
 @pytest.mark.parametrize(
     ("ranks", "case"),
     [
-        (1, "distributing"),
-        pytest.param(1, "rigid", marks=LONG),
-        pytest.param(1, "free", marks=LONG),
-        pytest.param(2, "distributing", marks=[*MPIRUN, LONG]),
-        pytest.param(2, "rigid", marks=[*MPIRUN, LONG]),
+        pytest.param(1, "whole distributing", marks=LONG),
+        pytest.param(1, "whole rigid", marks=LONG),
+        pytest.param(1, "whole free", marks=LONG),
+        pytest.param(2, "whole distributing", marks=[*MPIRUN, LONG]),
+        pytest.param(2, "whole rigid", marks=[*MPIRUN, LONG]),
     ],
 )
 def test_the_iteration_agrees_with_the_factorisation(tmp_path, one_rank, ranks, case):

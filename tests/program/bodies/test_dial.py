@@ -104,8 +104,8 @@ def test_errors_of_elements_add_up_to_that_of_the_mesh(run):
     assert 1.25 * errors.sum() < weighted < 2.2 * errors.sum()
 
 
-def test_error_of_a_solid_covers_its_difference_from_the_harmonic_level(run):
-    """Parts: the elements of its sector, and the basis."""
+def test_solid_error_is_its_difference_from_the_harmonic_level(run):
+    """Parts: the elements of the sector, the basis; together they cover it."""
     solid = run(level="solid", accuracy=0.05)
     fine = run(accuracy=1e-3, order=4)
     parts = solid.estimates.campbell.parts

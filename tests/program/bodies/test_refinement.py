@@ -118,12 +118,13 @@ def test_memory_is_forecast_before_every_round(monkeypatch, available, allowed):
         assert why == ""
 
 
-def test_a_whole_mesh_is_left_a_share_of_the_accuracy(monkeypatch):
-    """It is compared later: a truncation of half the accuracy is too much."""
+def test_a_whole_solid_leaves_its_mesh_a_share_of_the_accuracy(monkeypatch):
+    """Its mesh is compared later: a truncation of half the accuracy is too much."""
     asked = free_shaft(level="solid", accuracy=4e-3)
     bodies = build_bodies(asked)
     plan = make_plan(asked, bodies, "solid")
-    plan = replace(plan, bodies={"shaft": replace(plan.bodies["shaft"], shape="round")})
+    whole = replace(plan.bodies["shaft"], shape="round")  # as of a STEP file
+    plan = replace(plan, bodies={"shaft": whole})
     chosen = first_discretisation(asked, plan, "shaft")
     result = SimpleNamespace(
         body=bodies["shaft"], discretisation=chosen, element=SimpleNamespace(full_dofs=9)

@@ -62,9 +62,9 @@ def test_rounds_of_solids_say_what_they_leave_out(document, laval):
     }
     document["accuracy"]["rounds"] = [entry]
     (body,) = document["bodies"].values()
-    title, said = "Rounds of refinement", "is compared with a finer one after the last round"
+    title, said = "Rounds of refinement", "is compared with a coarser one after the last round"
     assert title not in tables(accuracy.accuracy_blocks(document))
     assert said not in report_text(laval.results, document)
-    body["level"] = "solid"
+    body |= {"level": "solid", "source": {"file": "rotor.step"}}
     assert said in tables(accuracy.accuracy_blocks(document))[title].caption
     assert said in report_text(laval.results, document)

@@ -15,8 +15,11 @@ from solidwhirl.cost.memory import (
     with_chosen_solvers,
 )
 from solidwhirl.cost.work import predict_body_cost
+from solidwhirl.meshing import MeshSize, mesh_revolved, write_gmsh
+from solidwhirl.meshing.own.whole import whole_mesh
 from solidwhirl.model.bodies import build_bodies
 from solidwhirl.model.effects import make_plan
+from solidwhirl.model.mesh_bodies import build_mesh_bodies
 from solidwhirl.output.documents import results_document
 from solidwhirl.pipeline.run import run_scene
 from solidwhirl.scene_reading.reader import parse_scene
@@ -26,12 +29,31 @@ THICK = {"sections": [cylinder("shaft", 0.0, 0.4, 0.06)]}
 
 
 @pytest.fixture(scope="module")
-def scene(small_scene):
+def drawn(small_scene):
     """Function: the small scene with a thick shaft as solid, with a solver."""
 
     def make(solver=None, rpm=(0.0, 30000.0), **model):
         own = SOLID | ({} if solver is None else {"solver": solver}) | model
         return parse_scene(small_scene(rpm=rpm, body=THICK, model=own))
+
+    return make
+
+
+@pytest.fixture(scope="module")
+def scene(drawn, small_scene, tmp_path_factory):
+    """Function: the same with the mesh of the whole shaft from a file, which alone has a choice."""
+    folder = tmp_path_factory.mktemp("whole")
+    size = MeshSize(size_m=0.1, corner_size_m=0.1, around=12)
+    mesh = whole_mesh(mesh_revolved(build_bodies(drawn())["rotor"], size))[0]
+    write_gmsh(mesh, folder / "rotor.msh")
+    faces = [{"name": n, "group": f"interface_{n}"} for n in ("left", "right")]
+    given = {"file": "rotor.msh", "length_unit": "m", "material": "steel", "interfaces": faces}
+
+    def make(solver=None, rpm=(0.0, 30000.0), **model):
+        own = ({} if solver is None else {"solver": solver}) | model
+        data = small_scene(rpm=rpm, model=own)
+        del data["bodies"]
+        return parse_scene(data | {"mesh_bodies": {"rotor": given}}, folder / "scene.toml")
 
     return make
 
@@ -106,24 +128,33 @@ def test_a_factor_that_mumps_refuses_is_followed_by_the_iteration(scene, monkeyp
     assert any("rotor: solved iteratively, MUMPS needs more memory" in text for text in said)
 
 
-@pytest.mark.parametrize("level", ["harmonic", "beam"])
-def test_other_levels_have_no_choice_and_the_three_are_all(scene, level):
-    asked = scene("iterative", level=level)
+@pytest.mark.parametrize("level", ["harmonic", "beam", "solid"])
+def test_other_bodies_have_no_choice_and_the_three_are_all(drawn, level):
+    asked = drawn("iterative", level=level)
     plan = make_plan(asked, build_bodies(asked), level).bodies["rotor"]
     assert plan.solver == "direct"
     with pytest.raises(SceneError, match=r"model\.solver"):
-        scene("mumps", level=level)
+        drawn("mumps", level=level)
 
 
-def planned(asked):
-    bodies = build_bodies(asked)
-    return bodies, make_plan(asked, bodies).bodies
+def planned(asked, times=1):
+    """Bodies of a scene with so many times the elements, and their plans."""
+    bodies = {
+        name: replace(
+            body,
+            expected=replace(
+                body.expected,
+                **{k: times * getattr(body.expected, k) for k in ("cells", "vertices", "edges")},
+            ),
+        )
+        for name, body in build_mesh_bodies(asked).items()
+    }
+    return bodies, make_plan(asked, {}).bodies
 
 
 def test_memory_that_holds_no_factor_holds_the_iteration(scene):
-    size = {"size_m": 1e-3, "corner_size_m": 1e-3}
-    asked = scene(**size)
-    bodies, plans = planned(asked)
+    asked = scene()
+    bodies, plans = planned(asked, 1000)
     assert plans["rotor"].solver == "auto"
     cost = {
         road: predict_body_cost(bodies["rotor"], replace(plans["rotor"], solver=road), modes=3)
@@ -137,8 +168,25 @@ def test_memory_that_holds_no_factor_holds_the_iteration(scene):
         chosen = with_chosen_solvers(bodies, plans, modes=modes, available_gib=available)
         assert chosen["rotor"].solver == road
         refuse_what_does_not_fit(bodies, chosen, asked.model, modes=modes, available_gib=available)
-    asked = scene("direct", **size)
-    bodies, plans = planned(asked)
+    asked = scene("direct")
+    bodies, plans = planned(asked, 1000)
     assert with_chosen_solvers(bodies, plans, modes=modes, available_gib=between) == plans
-    with pytest.raises(MemoryShortageError, match="What fits: solver = 'iterative' "):
+    message = r"take solver = 'iterative' .* or a coarser mesh"
+    with pytest.raises(MemoryShortageError, match=message):
         refuse_what_does_not_fit(bodies, plans, asked.model, modes=modes, available_gib=between)
+    little = 0.5 * need["iterative"]
+    with pytest.raises(MemoryShortageError, match="GiB are available; take a coarser mesh"):
+        refuse_what_does_not_fit(bodies, plans, asked.model, modes=modes, available_gib=little)
+
+
+def test_a_sector_whose_factor_does_not_fit_is_refused_before_it_is_meshed(drawn):
+    """It has no other way of solving, whatever the scene says."""
+    asked = drawn("iterative", size_m=1e-3, corner_size_m=1e-3)
+    bodies = build_bodies(asked)
+    plans, modes = make_plan(asked, bodies).bodies, {"rotor": 3}
+    need = predict_body_cost(bodies["rotor"], plans["rotor"], modes=3).peak_memory_gib
+    chosen = with_chosen_solvers(bodies, plans, modes=modes, available_gib=0.5 * need)
+    assert chosen == plans
+    with pytest.raises(MemoryShortageError, match=r"bodies\.rotor: level solid") as caught:
+        refuse_what_does_not_fit(bodies, chosen, asked.model, modes=modes, available_gib=0.5 * need)
+    assert "iterative" not in str(caught.value)

@@ -362,7 +362,7 @@ def test_options_that_do_not_fit_are_refused(tmp_path, small_scene):
     with pytest.raises(SceneError, match=r"parameters\[0\]\.places: --level replaces 'model\.le"):
         batch_cases([path], level="harmonic")
     assert batch_cases([path], accuracy=1e-2)
-    path = written(tmp_path, small_scene(model={"order": 3}))
+    path = written(tmp_path, small_scene(model={"order": 4}))
     with pytest.raises(SceneError, match="order"):
         batch_cases([path], level="solid")
 
