@@ -28,8 +28,8 @@ _SOLID_ERROR, _SOLID_RATE = 2.5e-2, 0.8
 _FIRST_MESH = 5e-2
 # Elements around bodies with features.
 _AROUND = 12
-# Sectors of bodies of revolution by the accuracy, whose errors fall with the fourth power: with 24 a
-# thin drum had three times the error that it has with 40, and no finer meridian mended it.
+# Sectors of bodies of revolution, whose errors fall with the fourth power of them: with 24 a
+# thin drum had three times the error that it has with 40, and a finer meridian did not mend it.
 _SECTORS, _FINE = 40, 2e-3
 # Finest accuracy that the rule follows for bodies with features: beyond it the number of tetrahedra
 # around every corner explodes. Sizes given in the scene can go further.
