@@ -32,8 +32,8 @@ from solidwhirl.scene_reading.reader import parse_scene
 Data = dict[str, Any]
 ROOT = Path(__file__).resolve().parents[1]
 ACCURACY, REFERENCE_ACCURACY = 2e-3, 1e-5
-#: Edges at corners of the finer mesh of a body with features, over those of the run.
-FINER = 0.4
+#: Accuracy of the finer run of a body with features, over that of the run.
+FINER = 0.2
 HEAD = (
     "rotor | sectors | unknowns | rounds | estimate | error | smallest, median and largest "
     "estimate over error | met | failed checks | CPU [s] | forecast [s] | CPU over that of the "
@@ -230,9 +230,8 @@ def measure(name: str) -> Data:
         "forecast_gib": found.forecast.peak_memory_gib,
     }
     if any(b.features for b in found.geometry.values()):
-        used = next(iter(found.bodies.values())).discretisation.size
         finer, row["reference_cpu_s"] = true_errors.run(
-            scene, level="solid", size_m=used.size_m, corner_size_m=FINER * used.corner_size_m
+            scene, level="solid", accuracy=FINER * ACCURACY
         )
     else:
         other, row["harmonic_cpu_s"] = true_errors.run(scene)
