@@ -6,6 +6,7 @@ an eigen-solution is one observation. Repeats of a case are merged by taking the
 
 from __future__ import annotations
 
+import json
 from collections import defaultdict
 from pathlib import Path
 
@@ -35,9 +36,11 @@ POWERS = {
 #: The same of the columns: no work per column to orthogonalisation of all.
 COLUMN_POWERS = (0.0, 2.0)
 #: Powers of memory that are tried: N log N in the plane, up to N^(4/3) and more in space.
-MEMORY_POWERS = {"harmonic": (1.0, 1.3), "solid": (1.1, 1.5)}
+MEMORY_POWERS = {"harmonic": (1.0, 1.3), "revolved": (1.0, 1.3), "solid": (1.1, 1.5)}
 #: Matrices of a lateral reduction with all effects on, as `solidwhirl.model.effects` counts them.
-MATRICES = {"harmonic": 6, "solid": 5}
+MATRICES = {"harmonic": 7, "revolved": 3, "solid": 5}
+#: Meshes of a body: its meridian, half a sector, the whole.
+LEVELS = tuple(MATRICES)
 #: Stages whose time is fitted against the columns, too.
 BY_COLUMNS = ("static_solutions", "eigensolutions", "projection", "estimate")
 #: Observations below this number of unknowns, or this time, are overhead.
@@ -68,7 +71,7 @@ def observations(rows: list[dict]) -> dict[str, list[tuple[float, float, float]]
     """(unknowns, columns, seconds) by "level.order.stage"."""
     found = defaultdict(list)
     for row in rows:
-        if row["level"] not in ("harmonic", "solid") or row["ranks"] > 1:
+        if row["level"] not in LEVELS or row["ranks"] > 1:
             continue
         made, level = row["made_unknowns"], row["level"]
         sums: dict[str, float] = defaultdict(float)
@@ -138,8 +141,8 @@ def relative_fit(design: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, fl
 def meshing(rows: list[dict]) -> dict[str, tuple[float, float, float]]:
     """Seconds per mesh, per cell, and per cell and graded place."""
     out = {}
-    for level, dimension in (("harmonic", 2), ("solid", 3)):
-        graded = [r for r in rows if r["level"] == "mesh" and r["dimension"] == dimension]
+    for level in LEVELS:
+        graded = [r for r in rows if r["level"] == "mesh" and r["kind"] == level]
         cells, places = (np.array([r[k] for r in graded]) for k in ("cells", "graded_places"))
         design = np.column_stack([np.ones(len(cells)), cells, cells * places])
         fit, _ = relative_fit(design, np.array([r["meshing_s"] for r in graded]))
@@ -151,7 +154,7 @@ def memory(rows: list[dict]) -> dict[str, tuple[float, float, float]]:
     """GiB at 1e5 unknowns beyond the program itself, its power, and copies of the columns."""
     groups = defaultdict(list)
     for row in rows:
-        if row["level"] in ("harmonic", "solid") and row["ranks"] == 1:
+        if row["level"] in LEVELS and row["ranks"] == 1:
             own = "estimate" if "mesh" in row["estimates"] else "reduction"
             groups[f"{row['level']}.{row['degree']}.{own}"].append(row)
     out = {}
@@ -186,12 +189,11 @@ def engines(rows: list[dict]) -> dict[str, tuple[float, float]]:
 
 def write_module(path: Path, rows: list[dict], machine: dict) -> None:
     """Write the coefficients as the module that `solidwhirl.cost.work` reads."""
-    work = [r for r in rows if r["level"] in ("harmonic", "solid")]
+    work = [r for r in rows if r["level"] in LEVELS]
     base = float(np.median([r["base_gib"] for r in work]))
     imported = float(np.median([r["import_s"] for r in work]))
     largest = {
-        level: max(r["made_unknowns"] for r in work if r["level"] == level)
-        for level in ("harmonic", "solid")
+        level: max(r["made_unknowns"] for r in work if r["level"] == level) for level in LEVELS
     }
 
     def table(name: str, kind: str, values: dict[str, tuple[float, ...]]) -> str:
@@ -209,7 +211,7 @@ from __future__ import annotations
 MACHINE = "{machine["name"]}"
 GFLOPS, GBYTES_PER_S = {machine["gflops"]:.4g}, {machine["gbytes_per_s"]:.4g}
 #: Largest number of unknowns measured, by level; beyond it the laws are extrapolated.
-LARGEST = {{"harmonic": {largest["harmonic"]}, "solid": {largest["solid"]}}}
+LARGEST = {json.dumps(largest)}
 #: Seconds to import the solvers and memory of the program with them [GiB].
 IMPORT_S, BASE_GIB = {imported:.4g}, {base:.4g}
 #: "level.order.stage": seconds at 1e5 unknowns and 10 columns, powers of unknowns and columns.
