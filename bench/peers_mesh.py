@@ -1,6 +1,7 @@
 """Meshes of the reference rotor for the comparison: `python peers_mesh.py FOLDER`.
 
-Each is pickled for solidwhirl and written as the model part of a CalculiX deck.
+A sector is pickled for solidwhirl, and its copies all around, the same model, are written as the
+model part of a CalculiX deck.
 """
 
 from __future__ import annotations
@@ -14,12 +15,12 @@ from pathlib import Path
 import numpy as np
 from harmonic_and_solid import reference_rotor
 
-#: Largest edge, edge at the corners [m], growth, elements through the thickness, around.
+#: Largest edge, edge at the corners [m], growth, elements through the thickness, sectors.
 SIZES = {
-    "even": (0.00815, 0.00815, 1.0, 1.0, 12),
-    "graded": (0.1, 0.0033, 1.0, 1.0, 8),
-    "graded, finer": (0.1, 0.0015, 0.6, 1.2, 12),
-    "graded, between": (0.1, 0.0026, 0.6, 1.2, 12),
+    "even": (0.0085, 0.0085, 1.0, 1.0, 12),
+    "graded": (0.1, 0.004, 0.6, 1.2, 12),
+    "graded, finer": (0.1, 0.001, 0.6, 1.2, 12),
+    "graded, between": (0.1, 0.002, 0.6, 1.2, 12),
 }
 
 
@@ -50,25 +51,20 @@ def pins_of(points) -> list[str]:
 
 def main() -> None:
     """Make all meshes."""
-    from solidwhirl.meshing import MeshSize, mesh_solid
+    from solidwhirl.meshing import MeshSize, mesh_meridian
+    from solidwhirl.meshing.own.revolved import revolved
+    from solidwhirl.meshing.own.whole import whole_mesh
 
     folder = Path(sys.argv[1])
     body = reference_rotor()
     listed = {}
-    for name, (size, corner, growth, through, around) in SIZES.items():
-        mesh = mesh_solid(
-            body,
-            MeshSize(
-                size_m=size,
-                corner_size_m=corner,
-                growth=growth,
-                through_thickness=through,
-                around=around,
-            ),
-        )
+    for name, (edge, corner, growth, through, sectors) in SIZES.items():
+        size = MeshSize(size_m=edge, corner_size_m=corner, growth=growth, through_thickness=through)
+        sector = revolved(mesh_meridian(body, size), sectors)
+        mesh = whole_mesh(sector)[0]
         stem = f"{name.replace(', ', '_')}"
         deck = deck_of(mesh)
-        (folder / f"{stem}.pickle").write_bytes(pickle.dumps(mesh))
+        (folder / f"{stem}.pickle").write_bytes(pickle.dumps(sector))
         (folder / f"{stem}.mesh").write_text(deck)
         np.save(folder / f"{stem}.npy", mesh.points)
         listed[name] = {

@@ -1,4 +1,4 @@
-"""Our side of the comparison: `python peers_ours.py reference|solid|reduced|floor OUT.json ...`."""
+"""Our side of the comparison: `python peers_ours.py reference|solid|reduced OUT.json ...`."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import dataclasses
 import json
 import pickle
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -76,23 +75,15 @@ def loaded(mesh_file: str):
     return pickle.loads(Path(mesh_file).read_bytes())
 
 
-def given(mesh_file: str, body=None):
-    """The rotor with a mesh of all of it, which the others read too, and that mesh."""
-    from scaling_case import whole_body
-
-    mesh = loaded(mesh_file)
-    return whole_body(body or reference_rotor(), mesh), mesh
-
-
 def solid(mesh_file: str, speeds: str) -> dict:
-    """Reduction of a solid mesh and its Campbell diagram, at one speed or all."""
+    """Reduction of a sector and its Campbell diagram, at one speed or all."""
     from mpi4py import MPI
 
     from solidwhirl.reduction import reduce_body
 
     listed = [TOP_RPM / 2] if speeds == "1" else np.linspace(0.0, TOP_RPM, SPEEDS).tolist()
     request = request_of("solid", 2, 8, listed[-1])
-    element, _ = reduce_body(*given(mesh_file), MPI.COMM_SELF, request, {})
+    element, _ = reduce_body(reference_rotor(), loaded(mesh_file), MPI.COMM_SELF, request, {})
     return {
         "speed_rpm": listed,
         "frequency_hz": diagram(element, listed),
@@ -121,8 +112,8 @@ def reduced(mesh_file: str, motions: str) -> dict:
     components = ("ux", "uy", "rx", "ry") if lateral else SIX
     orders = (1,) if lateral else (0, 1)
     request = request_of("solid", 2, 10, TOP_RPM, components, orders)
-    body, mesh = given(mesh_file, rigid_ends(reference_rotor()))
-    element, work = reduce_body(body, mesh, MPI.COMM_SELF, request, {})
+    body = rigid_ends(reference_rotor())
+    element, work = reduce_body(body, loaded(mesh_file), MPI.COMM_SELF, request, {})
     return {
         "coordinates": len(element.coordinates),
         "free_hz": element.free_frequencies_hz[:12].tolist(),
@@ -132,43 +123,9 @@ def reduced(mesh_file: str, motions: str) -> dict:
     }
 
 
-def floor(mesh_file: str) -> dict:
-    """Reduction over one factorisation and one triangular solve per vector of the basis."""
-    from mpi4py import MPI
-
-    from solidwhirl.reduction import reduce_body
-    from solidwhirl.reduction.operators.matrices import OperatorEffects, build_operators
-    from solidwhirl.reduction.solvers.constrained import factorise
-
-    body, mesh = given(mesh_file)
-    start = time.process_time()
-    element, _ = reduce_body(body, mesh, MPI.COMM_SELF, request_of("solid", 2, 8, TOP_RPM), {})
-    reduction = time.process_time() - start
-    effects = OperatorEffects(
-        gyroscopic=False,
-        centrifugal=False,
-        components={i.name: ("ux", "uy") for i in body.interfaces},
-        shape="round",
-    )
-    operators = build_operators(body, mesh, MPI.COMM_SELF, order=None, degree=2, effects=effects)
-    start = time.process_time()
-    factor = factorise(operators.stiffness, operators.coupling.held)
-    factored = time.process_time() - start
-    columns = len(element.coordinates) // operators.families
-    factor.solve(np.ones((operators.mass.getLocalSize()[0], columns)), None)
-    whole = time.process_time() - start
-    return {
-        "reduction_cpu_s": reduction,
-        "factorisation_cpu_s": factored,
-        "solves": columns,
-        "floor_cpu_s": whole,
-        "reduction_over_floor": reduction / whole,
-    }
-
-
 def main() -> None:
     """Do what is asked and write it."""
-    task = {"reference": reference, "solid": solid, "reduced": reduced, "floor": floor}[sys.argv[1]]
+    task = {"reference": reference, "solid": solid, "reduced": reduced}[sys.argv[1]]
     Path(sys.argv[2]).write_text(json.dumps(task(*sys.argv[3:])))
 
 

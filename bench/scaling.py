@@ -4,10 +4,12 @@
     python bench/scaling.py --small       small sizes, some minutes
     python bench/scaling.py --fit         also write solidwhirl/cost/coefficients.py
     python bench/scaling.py --reuse --fit no new measurements
-    python bench/scaling.py --only mesh   these again, the rest as it was (harmonic, solid, engine)
+    python bench/scaling.py --only mesh   these again, the rest as it was: harmonic, revolved,
+                                          solid, mesh, engine
 
-Every case runs in a process of its own, one after another; the shortest processor time of the
-repeats counts. Cases with two ranks run under mpirun and are shown, not fitted.
+With --fit the coefficients of what was not measured stay as they are. Every case runs in a process
+of its own, one after another; the shortest processor time of the repeats counts. Cases with two
+ranks run under mpirun and are shown, not fitted.
 """
 
 from __future__ import annotations
@@ -227,12 +229,14 @@ def main() -> None:
     parser.add_argument("--small", action="store_true", help="small sizes only")
     parser.add_argument("--fit", action="store_true", help="write the coefficients")
     parser.add_argument("--reuse", action="store_true", help="take the last measurements")
-    parser.add_argument("--only", help="measure these again: harmonic, solid, mesh or engine")
+    parser.add_argument(
+        "--only", help="measure these again: harmonic, revolved, solid, mesh or engine"
+    )
     options = parser.parse_args()
     OUT.mkdir(parents=True, exist_ok=True)
     stored = OUT / "scaling.json"
     found = {"rows": []}
-    if options.reuse or options.only:
+    if options.reuse or (options.only and stored.exists()):
         found = json.loads(stored.read_text(encoding="utf-8"))
     rows, machine = found["rows"], found.get("machine") or this_machine()
     if not options.reuse:

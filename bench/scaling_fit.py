@@ -13,6 +13,10 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import lsq_linear, nnls
 
+from solidwhirl.core.machine import MachineSpeed
+from solidwhirl.cost import coefficients as present
+from solidwhirl.cost.work import REFERENCE_MACHINE
+
 #: Unknowns and columns that the coefficients are given at.
 UNKNOWNS, COLUMNS = 1e5, 10.0
 #: Powers of unknowns and columns where the measurements do not span a factor of three or 1.5.
@@ -188,16 +192,36 @@ def engines(rows: list[dict]) -> dict[str, tuple[float, float]]:
 
 
 def write_module(path: Path, rows: list[dict], machine: dict) -> None:
-    """Write the coefficients as the module that `solidwhirl.cost.work` reads."""
+    """Write the coefficients as the module that `solidwhirl.cost.work` reads.
+
+    What was not measured keeps its coefficients, and the machine that they are of; times of this
+    one are then converted to it.
+    """
+    kept = {*LEVELS, "mesh", "engine"} - {r["level"] for r in rows}
+    factor, name = 1.0, machine["name"]
+    if kept:
+        here = MachineSpeed(gflops=machine["gflops"], gbytes_per_s=machine["gbytes_per_s"])
+        factor, name = here.relative_to(REFERENCE_MACHINE), present.MACHINE
+        machine = {"gflops": present.GFLOPS, "gbytes_per_s": present.GBYTES_PER_S}
     work = [r for r in rows if r["level"] in LEVELS]
-    base = float(np.median([r["base_gib"] for r in work]))
-    imported = float(np.median([r["import_s"] for r in work]))
-    largest = {
-        level: max(r["made_unknowns"] for r in work if r["level"] == level) for level in LEVELS
+    base = present.BASE_GIB if kept else float(np.median([r["base_gib"] for r in work]))
+    imported = present.IMPORT_S if kept else float(np.median([r["import_s"] for r in work]))
+    largest = present.LARGEST | {
+        level: max(r["made_unknowns"] for r in work if r["level"] == level)
+        for level in LEVELS
+        if level not in kept
     }
 
-    def table(name: str, kind: str, values: dict[str, tuple[float, ...]]) -> str:
-        lines = [f"{name}: dict[str, {kind}] = {{"]
+    def with_kept(found: dict, before: dict) -> dict:
+        own = {k: v for k, v in before.items() if k.partition(".")[0] in kept}
+        return dict(sorted({**own, **found}.items()))
+
+    of_laws = {k: (factor * s, *powers) for k, (s, *powers) in laws(rows).items()}
+    of_meshes = present.MESHING if "mesh" in kept else meshing(rows)
+    of_engines = present.ENGINE if "engine" in kept else engines(rows)
+
+    def table(title: str, kind: str, values: dict[str, tuple[float, ...]]) -> str:
+        lines = [f"{title}: dict[str, {kind}] = {{"]
         for key, row in values.items():
             lines.append(f'    "{key}": ({", ".join(f"{v:.4g}" for v in row)}),')
         return "\n".join([*lines, "}"])
@@ -208,19 +232,19 @@ def write_module(path: Path, rows: list[dict], machine: dict) -> None:
 from __future__ import annotations
 
 #: Where they were measured, and the rates of one core there [1e9/s, 1e9 bytes/s].
-MACHINE = "{machine["name"]}"
+MACHINE = "{name}"
 GFLOPS, GBYTES_PER_S = {machine["gflops"]:.4g}, {machine["gbytes_per_s"]:.4g}
 #: Largest number of unknowns measured, by level; beyond it the laws are extrapolated.
 LARGEST = {json.dumps(largest)}
 #: Seconds to import the solvers and memory of the program with them [GiB].
 IMPORT_S, BASE_GIB = {imported:.4g}, {base:.4g}
 #: "level.order.stage": seconds at 1e5 unknowns and 10 columns, powers of unknowns and columns.
-{table("LAWS", three, laws(rows))}
+{table("LAWS", three, with_kept(of_laws, present.LAWS))}
 #: Level: seconds per mesh, per cell, and per cell and graded place.
-{table("MESHING", three, meshing(rows))}
+{table("MESHING", three, of_meshes)}
 #: "level.order.what": GiB at 1e5 unknowns, its power, and copies of the columns of the basis.
-{table("MEMORY", three, memory(rows))}
+{table("MEMORY", three, with_kept(memory(rows), present.MEMORY))}
 #: Seconds a + c (n/100)³: a speed of the Campbell diagram, and all critical speeds.
-{table("ENGINE", two, engines(rows))}
+{table("ENGINE", two, of_engines)}
 '''
     path.write_text(text, encoding="utf-8")

@@ -4,10 +4,13 @@ The rotation axis is z; bodies of revolution are drawn in the half-plane (z, r),
 """
 
 from solidwhirl.geometry.errors import GeometryError
+from solidwhirl.geometry.feature_shapes import side_view
 from solidwhirl.geometry.feature_symmetry import common_sectors, mirror_angle
 from solidwhirl.geometry.features import Blade, Feature, Hole, Slot, sector_count
 from solidwhirl.geometry.mass_properties import (
     MassProperties,
+    feature_mass_properties,
+    feature_material,
     mass_by_material_kg,
     mass_properties,
     section_mass_properties,
@@ -54,6 +57,8 @@ __all__ = [
     "Subdivision",
     "Web",
     "common_sectors",
+    "feature_mass_properties",
+    "feature_material",
     "has_stages",
     "layout_of",
     "mass_by_material_kg",
@@ -62,6 +67,7 @@ __all__ = [
     "mirror_angle",
     "section_mass_properties",
     "sector_count",
+    "side_view",
     "stage_group_blades",
     "stage_group_sections",
     "stage_values",

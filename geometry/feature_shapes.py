@@ -15,6 +15,8 @@ from solidwhirl.rotordyn.core.arrays import FloatArray
 _ACROSS, _ALONG = 24, 12
 # The inclination of a blade's surface is small: each turn gains a digit or more.
 _TURNS = 20
+# Points along an edge of a blade in a drawing.
+_DRAWN = 9
 # Staggers with smaller sines are none.
 _NO_STAGGER = 1e-9
 
@@ -87,6 +89,36 @@ def _plate_point(
     s, t = chord * along, thickness * across
     y, dz = s * np.sin(stagger) + t * np.cos(stagger), s * np.cos(stagger) - t * np.sin(stagger)
     return y, dz
+
+
+def side_view(feature: Feature, section: Section) -> FloatArray:
+    """Outline of a feature in the half-plane (z, r), seen along the circumference, (k, 2) [m].
+
+    Of blades it is what the plate's cross-section reaches along the axis, from the surface to the
+    flat tip.
+    """
+    if isinstance(feature, Hole):
+        ends = np.array([section.start_m, section.end_m])
+        low, high = feature.pitch_radius_m + 0.5 * feature.diameter_m * np.array([[-1.0], [1.0]])
+        return _between(ends, np.broadcast_to(low, 2), np.broadcast_to(high, 2))
+    if isinstance(feature, Slot):
+        ends = np.array([feature.start_m, feature.end_m])
+        bottom = np.full(2, largest_radius(section) - feature.depth_m)
+        return _between(ends, bottom, surface_radius(section, ends))
+    x = largest_radius(section) + feature.length_m * np.linspace(0.0, 1.0, _DRAWN)
+    chord, thickness, stagger = blade_section(feature, section, x)
+    half = 0.5 * (chord * np.cos(stagger) + thickness * np.abs(np.sin(stagger)))
+    place = blade_place(feature, section)
+    root = np.array([place - half[0], place + half[0]])
+    back, front = np.column_stack([place + half, x]), np.column_stack([place - half, x])
+    foot = np.column_stack([root, surface_radius(section, root)])
+    return np.vstack([foot, back, front[::-1]])
+
+
+def _between(axial_m: FloatArray, low_m: FloatArray, high_m: FloatArray) -> FloatArray:
+    """A quadrilateral with radial ends, along its lower and back along its upper side."""
+    lower, upper = np.column_stack([axial_m, low_m]), np.column_stack([axial_m, high_m])
+    return np.vstack([lower, upper[::-1]])
 
 
 def angular_range(

@@ -91,18 +91,24 @@ def _meshed_parts(body: Body) -> list[tuple[str, MassProperties]]:
     sections = {section.name: section for section in body.sections}
     for feature in body.features:
         section = sections[feature.section]
-        own = feature.material if isinstance(feature, Blade) else section.material
-        parts.append((own.name, _feature_mass_properties(feature, section, own)))
+        own = feature_material(feature, section)
+        parts.append((own.name, feature_mass_properties(feature, section)))
     return parts
 
 
-def _feature_mass_properties(
-    feature: Feature, section: Section, material: Material
-) -> MassProperties:
-    """Return the mass properties of all features of a set: rings, since they are 3 or more."""
+def feature_material(feature: Feature, section: Section) -> Material:
+    """Return the material that a set of features adds or takes away."""
+    return feature.material if isinstance(feature, Blade) else section.material
+
+
+def feature_mass_properties(feature: Feature, section: Section) -> MassProperties:
+    """Return the mass properties of all features of a set: rings, since they are 3 or more.
+
+    Those of holes and slots, which take away, have a negative mass.
+    """
     found = feature_volume(feature, section)
     return _gather(
-        mass=material.density_kg_per_m3 * found.volume_m3.ravel(),
+        mass=feature_material(feature, section).density_kg_per_m3 * found.volume_m3.ravel(),
         axial=found.axial_m.ravel(),
         square_radius=found.square_radius_m2.ravel(),
     )

@@ -4,7 +4,7 @@ from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.own.files import write_gmsh, write_vtu
 from solidwhirl.meshing.own.meridian import MINIMUM_SCALED_JACOBIAN, mesh_meridian
 from solidwhirl.meshing.own.quality import scaled_jacobians, straighten
-from solidwhirl.meshing.own.refinement import CORNER_RATE, refined_size
+from solidwhirl.meshing.own.refinement import CORNER_RATE, refined_sector, refined_size
 from solidwhirl.meshing.own.revolved import meridian_errors, mesh_revolved
 from solidwhirl.meshing.own.solid import mesh_solid
 from solidwhirl.meshing.records import (
@@ -32,6 +32,7 @@ __all__ = [
     "mesh_meridian",
     "mesh_revolved",
     "mesh_solid",
+    "refined_sector",
     "refined_size",
     "scaled_jacobians",
     "straighten",

@@ -40,10 +40,10 @@ class MeshSize:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LocalSize:
-    """Element sizes wanted over a meridian, as a function that is linear in triangles."""
+    """Element sizes wanted over a meridian or a sector, linear in the cells of an earlier mesh."""
 
-    points: FloatArray  #: (m, 2) places (z, r) [m]
-    triangles: IntArray  #: (c, 3) corners of the triangles
+    points: FloatArray  #: (m, 2) places (z, r) [m], or (m, 3) x, y, z
+    cells: IntArray  #: (c, 3) corners of the triangles, or (c, 4) of tetrahedra
     size_m: FloatArray  #: (m,) element edge at the points [m]
     #: (z, r, h): places with an element edge of their own, from which it grows
     places: tuple[tuple[float, float, float], ...] = ()
@@ -53,7 +53,7 @@ class LocalSize:
         """Refuse sizes that no mesh can have; make the arrays read-only."""
         if not (np.isfinite(self.size_m).all() and (self.size_m > 0.0).all()):
             raise MeshingError("mesh size_m of the local sizes must be positive everywhere")
-        for array in (self.points, self.triangles, self.size_m):
+        for array in (self.points, self.cells, self.size_m):
             array.setflags(write=False)
 
 
@@ -78,6 +78,8 @@ class Sector:
     #: the plane θ = 0. Otherwise it is a whole sector with two cut faces of any shape: nodes of the
     #: one, turned by 2π/N, are nodes of the other.
     mirrored: bool
+    #: Of the body at which the mesh has θ = 0 [rad]
+    angle_rad: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse sectors that bending can not be told by."""

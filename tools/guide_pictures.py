@@ -1,4 +1,4 @@
-"""Make the pictures of docs/tutorial.md and docs/howto.md from the scenes that stand in them.
+"""Make the pictures of docs/tutorial.md, howto.md and blades.md from the scenes that stand there.
 
 .venv/bin/python tools/guide_pictures.py      # needs chromium, `tools/setup.sh browser`
 """
@@ -31,13 +31,20 @@ PAGES = {
             "rotating_campbell",
         ),
     ),
+    "blades": (
+        "wheel",
+        ("mesh_rotor", "mode_critical_1", "nodal_diameters", "nodal_diameters_interference"),
+    ),
 }
+#: Of these, pictures that a run does not draw by itself.
+FURTHER = {"blades": ("mesh_rotor", "mode_critical_1")}
 WIDTH = 900
 
 
 def main() -> None:
-    """Run both scenes and copy what their pages show."""
-    for page, (scene, pictures) in PAGES.items():
+    """Run the scenes of pages, all or those named, and copy what their pages show."""
+    for page in sys.argv[1:] or PAGES:
+        scene, pictures = PAGES[page]
         texts = FENCE.findall((DOCS / f"{page}.md").read_text(encoding="utf-8"))
         target = DOCS / page
         target.mkdir(exist_ok=True)
@@ -46,6 +53,9 @@ def main() -> None:
             path.write_text("".join(t for t in texts if t.startswith(f"# {scene}.toml")))
             command = [sys.executable, "-m", "solidwhirl", "run", path, "--out", f"{folder}/out"]
             subprocess.run(command, check=True)
+            if page in FURTHER:
+                only = [word for name in FURTHER[page] for word in ("--only", name)]
+                subprocess.run([*command[:3], "pictures", *command[4:], *only], check=True)
             for name in pictures:
                 _smaller(Path(folder) / "out" / f"{name}.png", target / f"{name}.png")
             if page == "tutorial":

@@ -151,14 +151,18 @@ def local_size_field(local: LocalSize, size: MeshSize, unit_m: float) -> None:
 
 
 def local_sizes(local: LocalSize, size: MeshSize, unit_m: float) -> list[int]:
-    """Size fields of a meridian, in the plane y = 0, of which the smallest value counts."""
-    corners = local.points[local.triangles] / unit_m
-    z, r = corners[:, :, 0], corners[:, :, 1]
-    values = local.size_m[local.triangles] / unit_m
+    """Size fields of a meridian, in the plane y = 0, or of a sector; the smallest value counts."""
+    corners = local.points[local.cells] / unit_m
+    values = local.size_m[local.cells] / unit_m
     size_drawn = drawn_length(size.size_m, unit_m)
-    data = np.concatenate([r, np.zeros_like(r), z, values], axis=1)
+    if local.points.shape[1] == 2:
+        z, r = corners[:, :, 0], corners[:, :, 1]
+        kind, places = "ST", [r, np.zeros_like(r), z]
+    else:
+        kind, places = "SS", [corners[:, :, k] for k in range(3)]
+    data = np.concatenate([*places, values], axis=1)
     view = gmsh.view.add("sizes")
-    gmsh.view.addListData(view, "ST", len(data), data.ravel())
+    gmsh.view.addListData(view, kind, len(data), data.ravel())
     field = gmsh.model.mesh.field
     given = field.add("PostView")
     field.setNumber(given, "ViewTag", view)

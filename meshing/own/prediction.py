@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from itertools import combinations, product
 from typing import Literal
 
 import numpy as np
@@ -34,6 +35,8 @@ _PER_TETRAHEDRON, _PER_SURFACE = 1.0 / 5.6, 0.23
 _CHANGE = 0.7
 # Parts into which every edge of a triangle with local sizes is divided to add up its elements.
 _PARTS = 8
+# Points are in the first cut plane of a sector up to this part of its size.
+_IN_PLANE = 1e-9
 # No piece is divided more often: a corner 2^-40 as large as the body is no corner.
 _DIVISIONS = 40
 #: Meridian, revolved meridian, or tetrahedra of a mesher.
@@ -113,14 +116,16 @@ def predict_revolved(meridian: PredictedMesh) -> PredictedMesh:
 
 
 def predict_refined(local: LocalSize) -> PredictedMesh:
-    """Predict the numbers of a meridian mesh with local sizes, within a factor 1.5.
+    """Predict the numbers of a meridian or sector mesh with local sizes, within a factor 1.5.
 
     `local`: sizes that will be asked of the mesh.
     """
+    if local.points.shape[1] == 3:
+        return _refined_sector(local)
     weights = _centroids()
-    corners = local.points[local.triangles]
+    corners = local.points[local.cells]
     area = 0.5 * np.abs(doubled_areas(corners))
-    size = local.size_m[local.triangles] @ weights.T
+    size = local.size_m[local.cells] @ weights.T
     at = np.einsum("ck,mkd->mcd", weights, corners)
     for z, r, h in local.places:
         away = np.hypot(at[:, :, 0] - z, at[:, :, 1] - r)
@@ -134,6 +139,58 @@ def predict_refined(local: LocalSize) -> PredictedMesh:
         facets=0,
         graded_places=len(local.places),
     )
+
+
+def _refined_sector(local: LocalSize) -> PredictedMesh:
+    """Numbers of a mesh of tetrahedra with local sizes."""
+    corners = local.points[local.cells]
+    volume = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 6.0
+    regular = _over_simplices(local, local.cells, volume, lambda h: 1.0 / (_TETRAHEDRON * h**3))
+    facets = np.sort(local.cells[:, np.array(list(combinations(range(4), 3)))].reshape(-1, 3))
+    facets, count = np.unique(facets, axis=0, return_counts=True)
+    outer = facets[count == 1]
+    size = np.abs(local.points).max()
+    cut = outer[(np.abs(local.points[outer, 1]) < _IN_PLANE * size).all(axis=1)]
+    surface, across = (_triangles(local, rows) for rows in (outer, cut))
+    cells = _TETRAHEDRA * regular + _BY_SKIN * surface
+    vertices = max(_PER_TETRAHEDRON * cells + _PER_SURFACE * surface, 4.0)
+    return PredictedMesh(
+        dimension=3,
+        cells=round(cells),
+        vertices=round(vertices),
+        edges=round(vertices + cells + 0.5 * surface),
+        facets=round(2.0 * cells + 0.5 * surface),
+        graded_places=0,
+        cut_face=PredictedMesh(
+            dimension=2,
+            cells=round(across),
+            vertices=max(round(0.5 * across), 3),
+            edges=max(round(1.5 * across), 3),
+            facets=0,
+            graded_places=0,
+        ),
+    )
+
+
+def _triangles(local: LocalSize, facets: IntArray) -> float:
+    """How many triangles facets (f, 3) will be divided into."""
+    a, b, c = (local.points[facets[:, k]] for k in range(3))
+    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    return _over_simplices(local, facets, area, lambda h: 1.0 / (_TRIANGLE * h**2))
+
+
+def _over_simplices(
+    local: LocalSize,
+    cells: IntArray,
+    measure: FloatArray,
+    density: Callable[[FloatArray], FloatArray],
+) -> float:
+    """Integral of density(h) over simplices with these measures, by points spread over each."""
+    corners = cells.shape[1]
+    share = [s for s in product(range(_PARTS), repeat=corners) if sum(s) == _PARTS - 1]
+    weights = (np.array(share) + 1.0 / corners) / _PARTS
+    size = local.size_m[cells] @ weights.T
+    return float((measure[:, None] * density(size)).sum() / len(weights))
 
 
 def _centroids() -> FloatArray:

@@ -1,6 +1,8 @@
-"""Element sizes of the next meridian mesh from the errors of the elements of the last."""
+"""Element sizes of the next mesh from the errors of the elements of the last."""
 
 from __future__ import annotations
+
+from itertools import combinations
 
 import numpy as np
 
@@ -9,6 +11,7 @@ from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.own.drawing import graded_places
 from solidwhirl.meshing.own.quality import doubled_areas
 from solidwhirl.meshing.records import FloatArray, IntArray, LocalSize, MeshSize
+from solidwhirl.rotordyn.core.arrays import BoolArray
 
 #: Twice the exponent of the elastic corner singularity at 270°: errors of frequencies fall so.
 CORNER_RATE = 1.0889
@@ -16,6 +19,8 @@ CORNER_RATE = 1.0889
 _CORNER_SHARE, _SMOOTH_SHARE = 0.4, 0.5
 # Largest change of an element's edge in one step, finer and coarser; a corner's may fall faster.
 _FINER, _COARSER, _CORNER_FINER = 0.2, 2.0, 1e-3
+# The same of tetrahedra at an edge, and how many come for each of them where the edge is halved.
+_EDGE_FINER, _EDGE_PRICE = 0.05, 4.0
 
 
 def refined_size(
@@ -41,8 +46,7 @@ def refined_size(
     mesh, if it had any. Raises MeshingError: the target is not positive, or there are no errors to
     go by.
     """
-    if not (target > 0.0 and np.isfinite(target) and np.isfinite(errors).all()):
-        raise MeshingError(f"mesh target error is {target}; a positive number is needed")
+    _check_target(target, errors)
     if last is None:
         places = graded_places(body, merge_fillets(subdivide(body)), size)
     else:
@@ -56,11 +60,126 @@ def refined_size(
     wanted = np.minimum(edge * ratio, size.size_m)
     return LocalSize(
         points=points,
-        triangles=triangles,
+        cells=triangles,
         size_m=_at_points(points, triangles, wanted, smooth),
         places=tuple(corners),
         growth=size.growth,
     )
+
+
+def refined_sector(
+    size: MeshSize,
+    points: FloatArray,
+    cells: IntArray,
+    errors: FloatArray,
+    singular: BoolArray,
+    *,
+    degree: int,
+    target: float,
+) -> LocalSize:
+    """Choose sizes of a sector's tetrahedra with which their errors add up to a target.
+
+    As `refined_size`, with n ~ Σ (h_old / h_new)³ elements. Errors of elements at re-entrant edges
+    fall as h^1.09 and their number rises as 1 / h only, as elements grow with the distance from the
+    edge; the sizes have the smallest Σ n for the target.
+
+    `points`, `cells`: vertices (m, 3) and tetrahedra (c, 4) of the last mesh. `errors`: (c,) errors
+    of its elements. `singular`: (m,) whether a vertex lies on such an edge. Raises MeshingError:
+    the target is not positive, or there are no errors to go by.
+    """
+    _check_target(target, errors)
+    at_edge = singular[cells].any(axis=1)
+    corners = points[cells]
+    volume = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 6.0
+    edge = np.cbrt(6.0 * np.sqrt(2.0) * volume)  # of the regular tetrahedron
+    rate = np.where(at_edge, CORNER_RATE, 2.0 * degree)
+    power = np.where(at_edge, 1.0, 3.0)
+    price = np.where(at_edge, _EDGE_PRICE, 1.0)
+    ratio = _cheapest_ratios(errors, rate, power, price, target)
+    smooth = np.where(at_edge, 0.0, 1.0)
+    wanted = _at_vertices(points, cells, edge * ratio, smooth)
+    # vertices beside an edge may have no other elements around
+    alone = np.isnan(wanted)
+    wanted[alone] = _at_vertices(points, cells, edge, 1.0 - smooth)[alone]
+    along = _along_edges(points, cells, singular)
+    wanted[singular] = (along * _at_vertices(points, cells, ratio, 1.0 - smooth))[singular]
+    # nodes that are the corner of no cell have none
+    wanted = np.fmin(wanted, size.size_m)
+    return LocalSize(points=points, cells=cells, size_m=_graded(points, cells, wanted, size.growth))
+
+
+def _cheapest_ratios(
+    errors: FloatArray, rate: FloatArray, power: FloatArray, price: FloatArray, target: float
+) -> FloatArray:
+    """Change r of the element edges with Σ error r^rate at the target and least Σ price r^-power.
+
+    There d(price r^-power) / d(error r^rate) is the same for all elements.
+    """
+    floor = 1e-9 * max(float(errors.max(initial=0.0)), 1e-300)
+    worth = price * power / (rate * np.maximum(errors, floor))
+    finest = np.where(power == 1.0, _EDGE_FINER, _FINER)
+
+    def of(factor: float) -> FloatArray:
+        return np.asarray(np.clip((factor * worth) ** (1.0 / (rate + power)), finest, _COARSER))
+
+    low, high = 1e-30, 1e30
+    for _ in range(200):
+        factor = np.sqrt(low * high)
+        if errors @ of(factor) ** rate > target:
+            high = factor
+        else:
+            low = factor
+    return np.asarray(of(low))
+
+
+def _at_vertices(
+    points: FloatArray, cells: IntArray, wanted: FloatArray, weight: FloatArray
+) -> FloatArray:
+    """Geometric mean of the cells around every vertex; nan where none has a weight."""
+    total, count = np.zeros(len(points)), np.zeros(len(points))
+    for k in range(cells.shape[1]):
+        np.add.at(total, cells[:, k], weight * np.log(wanted))
+        np.add.at(count, cells[:, k], weight)
+    out = np.full(len(points), np.nan)
+    used = count > 0.0
+    out[used] = np.exp(total[used] / count[used])
+    return out
+
+
+def _mesh_edges(points: FloatArray, cells: IntArray) -> tuple[IntArray, IntArray, FloatArray]:
+    """Ends of all edges of the cells, and their lengths."""
+    edges = np.concatenate([cells[:, pair] for pair in combinations(range(cells.shape[1]), 2)])
+    a, b = np.unique(np.sort(edges, axis=1), axis=0).T
+    return a, b, np.linalg.norm(points[a] - points[b], axis=1)
+
+
+def _along_edges(points: FloatArray, cells: IntArray, singular: BoolArray) -> FloatArray:
+    """Of every singular vertex the shortest edge to another one; inf of others."""
+    a, b, length = _mesh_edges(points, cells)
+    on = singular[a] & singular[b]
+    out = np.full(len(points), np.inf)
+    np.minimum.at(out, a[on], length[on])
+    np.minimum.at(out, b[on], length[on])
+    return out
+
+
+def _graded(points: FloatArray, cells: IntArray, size_m: FloatArray, growth: float) -> FloatArray:
+    """Sizes that nowhere grow faster along an edge of the mesh, none larger than it was."""
+    a, b, length = _mesh_edges(points, cells)
+    rise = growth * length
+    out = size_m.copy()
+    for _ in range(len(points)):
+        before = out.copy()
+        np.minimum.at(out, a, before[b] + rise)
+        np.minimum.at(out, b, before[a] + rise)
+        if np.array_equal(out, before):
+            break
+    return out
+
+
+def _check_target(target: float, errors: FloatArray) -> None:
+    if not (target > 0.0 and np.isfinite(target) and np.isfinite(errors).all()):
+        raise MeshingError(f"mesh target error is {target}; a positive number is needed")
 
 
 def _refined_places(
@@ -119,12 +238,5 @@ def _at_points(
     points: FloatArray, triangles: IntArray, wanted: FloatArray, smooth: FloatArray
 ) -> FloatArray:
     """Sizes at the vertices: geometric mean of the cells around, corner cells only if alone."""
-    total, count = np.zeros(len(points)), np.zeros(len(points))
-    weight = np.where(smooth, 1.0, 1e-6)
-    for k in range(3):
-        np.add.at(total, triangles[:, k], weight * np.log(wanted))
-        np.add.at(count, triangles[:, k], weight)
-    used = count > 0.0
-    out = np.full(len(points), float(wanted.max()))
-    out[used] = np.exp(total[used] / count[used])
-    return out
+    out = _at_vertices(points, triangles, wanted, np.where(smooth, 1.0, 1e-6))
+    return np.where(np.isnan(out), float(wanted.max()), out)

@@ -44,12 +44,11 @@ _SAME_ANGLE = 1e-9
 def mesh_sector(body: Body, size: MeshSize, local: LocalSize | None = None) -> Mesh:
     """Mesh one sector of a body with features with second-order tetrahedra.
 
-    `local`: element sizes over the meridian, in place of those that its corners and thicknesses ask
-    for; edges of features stay graded as `size` says. Returned: points (x, y, z) [m], the body
-    turned such that the sector begins at θ = 0. Blades stand among the sections by their names;
-    their part inside a section belongs to the section. Raises GeometryError: an invalid body, or
-    one without features. Raises MeshingError: gmsh failed, the cut faces do not match, or elements
-    stay folded.
+    `local`: element sizes over an earlier mesh of the sector, in place of those that corners,
+    thicknesses and features ask for. Returned: points (x, y, z) [m], the body turned such that the
+    sector begins at θ = 0. Blades stand among the sections by their names; their part inside a
+    section belongs to the section. Raises GeometryError: an invalid body, or one without features.
+    Raises MeshingError: gmsh failed, the cut faces do not match, or elements stay folded.
     """
     subdivision = merge_fillets(subdivide(body))
     cut = choose_cut(body)
@@ -85,7 +84,7 @@ def mesh_sector(body: Body, size: MeshSize, local: LocalSize | None = None) -> M
         outline=_outline(points, sides[0]),
         size=size,
         quality=quality,
-        sector=Sector(count=cut.count, mirrored=cut.mirrored),
+        sector=Sector(count=cut.count, mirrored=cut.mirrored, angle_rad=cut.angle_rad),
     )
 
 

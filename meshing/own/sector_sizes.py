@@ -31,20 +31,20 @@ def set_sizes(
 ) -> None:
     """Set gmsh's size field of a drawn sector.
 
-    `local`: sizes over the meridian, in place of those of its corners and thicknesses. Features
+    `local`: sizes over an earlier mesh of the sector, in place of all others. Without: features
     have `size.through_thickness` elements across blades, 12 around holes; the re-entrant edges of
     blades and slots are graded like the corners of the meridian. `unit_m`: length [m] that is drawn
     as 1.
     """
-    if local is None:
-        places = drawn.graded_places(body, subdivision, size)
-        plane = drawn.graded_fields(places, size.growth, size, 2, unit_m)
-        bounds = drawn.face_bounds(body, subdivision, size, 3)
-        fields = drawn.bounded(
-            [(bounds[face], [tag]) for tag, face in solids.face.items()], "VolumesList", unit_m
-        )
-    else:
-        plane, fields = drawn.local_sizes(local, size, unit_m), []
+    if local is not None:
+        drawn.set_smallest(drawn.local_sizes(local, size, unit_m))
+        return
+    places = drawn.graded_places(body, subdivision, size)
+    plane = drawn.graded_fields(places, size.growth, size, 2, unit_m)
+    bounds = drawn.face_bounds(body, subdivision, size, 3)
+    fields = drawn.bounded(
+        [(bounds[face], [tag]) for tag, face in solids.face.items()], "VolumesList", unit_m
+    )
     if plane:
         fields.append(_revolved(drawn.smallest(plane)))
     fields += drawn.bounded(_blade_bounds(body, size, solids), "VolumesList", unit_m)

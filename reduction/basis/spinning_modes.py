@@ -27,6 +27,8 @@ from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray
 # 5e-9: it has the highest frequencies of the mesh, which the mass hardly sees, and directions made
 # of it spoil the space.
 _CORRECTION = 1e-9
+# What rounding may leave of it on fine meshes; squared frequencies are then good to 1e-12.
+_ROUNDING = 1e-6
 _SWEEPS = 10
 _LAST_CORRECTIONS = 2
 # Relative error of the lowest θ; the margin has to be much larger than it.
@@ -92,7 +94,7 @@ def modes_at_speed(
     space = GrowingSpace(body.free, body.mass, comm)
     new = space.extend(np.array(start, order="F"), apply(body.mass, start))
     image, images, solutions, done = np.zeros((0, 0), dtype=start.dtype), [], 0, 0
-    largest: list[float] = []
+    largest = [np.inf]
     for _ in range(_SWEEPS):
         images.append(body.times(space.columns(-new)))
         image = bordered_image(image, inner(space.columns(f), images[-1], comm))
@@ -109,7 +111,9 @@ def modes_at_speed(
         squared = squares(step, weight, comm)
         open_ = squared > _CORRECTION**2
         largest.append(float(squared.max(initial=0.0)))
-        if not open_.any():
+        # a sweep that brought nothing
+        is_rounding = largest[-1] <= _ROUNDING**2 and largest[-1] >= min(largest[:-1])
+        if not open_.any() or is_rounding:
             last = np.flatnonzero(wanted(values, vectors))
             for _ in range(_LAST_CORRECTIONS):
                 shown = vectors[:, last]

@@ -16,7 +16,7 @@ from solidwhirl.reduction.operators import compat
 from solidwhirl.reduction.operators.cyclic import CyclicUnknowns, cyclic_unknowns
 from solidwhirl.reduction.operators.joined import JointField, joint_entries, joint_field
 from solidwhirl.reduction.operators.kinematics import COMPONENTS, Kinematics
-from solidwhirl.reduction.solvers.vectors import apply, folded, paired, unpaired
+from solidwhirl.reduction.solvers.vectors import apply, as_complex, folded, paired, unpaired
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, IntArray, Matrix
 
 
@@ -72,9 +72,9 @@ class Unknowns:
         """Displacement u = T û of every column, (local u, k)."""
         if self.real is None:
             return block
-        real = np.ascontiguousarray(paired(block))
+        real = np.asfortranarray(paired(block))
         out = apply(self.real, real)
-        return out if self.imaginary is None else out + 1j * apply(self.imaginary, real)
+        return out if self.imaginary is None else as_complex(out, apply(self.imaginary, real))
 
     def of_motion(self, kin: Kinematics, component: str, values: Matrix) -> Matrix:
         """Unknowns (local û less the rigid masters) of a rigid motion about the origin.
@@ -110,9 +110,9 @@ class Unknowns:
         if self.real is None:
             return values
         real, imaginary = self._transposed
-        out = apply(real, np.ascontiguousarray(values.real))
+        out = apply(real, values.real)
         if imaginary is not None:
-            out = out + apply(imaginary, np.ascontiguousarray(values.imag))
+            out += apply(imaginary, values.imag)
         return unpaired(out) if self.is_complex else out
 
     @cached_property

@@ -108,21 +108,28 @@ def _discard(cache: Path, name: str) -> None:
 
 
 def _checking(find: Callable[..., Any]) -> Callable[..., Any]:
-    """Let the search for a compiled kernel find whole ones alone."""
+    """Let the search for a compiled kernel find whole ones alone, and look at each once."""
+    known: dict[tuple[str, ...], Any] = {}
 
     @functools.wraps(find)
     def found(name: str, objects: Any, cache_dir: Any, timeout: int) -> Any:
-        cache = Path(cache_dir)
+        key = (str(cache_dir), name, *objects)
+        kernel = known.get(key) or whole(name, objects, Path(cache_dir), timeout)
+        if kernel[0] is not None:
+            known[key] = kernel
+        return kernel
+
+    def whole(name: str, objects: Any, cache: Path, timeout: int) -> Any:
         while _compiling(cache, name):
             time.sleep(0.2)
         if _problem(cache, name):
             _discard(cache, name)
         try:
-            return find(name, objects, cache_dir, timeout)
+            return find(name, objects, cache, timeout)
         except (ImportError, AttributeError, TimeoutError):
             # whole, but for another Python, or with other content than its name says
             _discard(cache, name)
-            return find(name, objects, cache_dir, timeout)
+            return find(name, objects, cache, timeout)
 
     return found
 

@@ -20,7 +20,7 @@ from solidwhirl.reduction.errors import ReductionError
 from solidwhirl.reduction.operators import compat, forms
 from solidwhirl.reduction.operators.dofs import Unknowns
 from solidwhirl.reduction.operators.kinematics import Kinematics
-from solidwhirl.reduction.solvers.vectors import apply
+from solidwhirl.reduction.solvers.vectors import apply, as_complex
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, Matrix
 
 # e_z × u, and the components that it turns
@@ -182,10 +182,12 @@ class HalfSectorSpin(SectorOperator):
 def _real_times(matrix: Any, field: Matrix) -> Matrix:
     """A real matrix times a block that may be complex."""
     if not np.iscomplexobj(field):
-        return apply(matrix, np.asfortranarray(field))
+        return apply(matrix, field)
     count = field.shape[1]
-    both = apply(matrix, np.asfortranarray(np.hstack([field.real, field.imag])))
-    return np.asarray(both[:, :count] + 1j * both[:, count:])
+    both = np.empty((len(field), 2 * count), order="F")
+    both[:, :count], both[:, count:] = field.real, field.imag
+    both = apply(matrix, both)
+    return as_complex(both[:, :count], both[:, count:])
 
 
 def sector_spin(unknowns: Unknowns, families: int, mass: Any) -> dict[str, SectorOperator]:

@@ -13,7 +13,7 @@ from solidwhirl.meshing.own.quality import doubled_areas
 from solidwhirl.reduction.recovery.sectors import turned
 from solidwhirl.reduction.recovery.stresses import FieldPoints, FieldTerm, RecoveredFields
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, IntArray
-from solidwhirl.rotordyn.superelement.surface import angles, around_axis, family_factors
+from solidwhirl.rotordyn.superelement.surface import around_axis, family_factors
 
 # VTK's numbers of cells.
 _TETRAHEDRON, _WEDGE, _PYRAMID, _QUADRATIC_TETRAHEDRON = 10, 13, 14, 24
@@ -51,7 +51,7 @@ def in_space(found: RecoveredFields, sectors: int) -> SpatialFields:
     """
     points = found.points
     flat = points.points_m.shape[1] == 2
-    theta = angles(sectors if flat else points.copies)
+    theta = points.theta_rad(sectors)
     moved, stress = values_at(found.terms, points, theta)
     steady = None if found.steady is None else values_at((found.steady,), points, theta)
     count = len(points.points_m)

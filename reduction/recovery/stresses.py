@@ -25,6 +25,7 @@ from solidwhirl.reduction.recovery.sectors import (
     shared_points,
 )
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
+from solidwhirl.rotordyn.superelement.surface import angles
 
 # Pairs of corners of dolfinx's edges, by the number of corners of a cell.
 _EDGES = {3: ((1, 2), (0, 2), (0, 1)), 4: ((2, 3), (1, 3), (1, 2), (0, 3), (0, 2), (0, 1))}
@@ -46,9 +47,15 @@ class FieldPoints:
     #: (c,) and (p,) numbers of materials
     cell_material: IntArray
     point_material: IntArray
-    #: Sectors that make the solid, copy k turned by 2πk/copies about z; 1 of a whole solid and of a
-    #: meridian
+    #: Sectors that make the solid, copy k turned by 2πk/copies about z and the angle of the first;
+    #: 1 of a whole solid and of a meridian
     copies: int
+    angle_rad: float
+
+    def theta_rad(self, half_planes: int) -> FloatArray:
+        """Angles of the half planes of a meridian, or of the copies of a sector."""
+        flat = self.points_m.shape[1] == 2
+        return self.angle_rad + angles(half_planes if flat else self.copies)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -196,7 +203,7 @@ def _of_sector(
 ) -> tuple[SharedPoints, FieldPoints]:
     """Points of the whole sector from those of its mesh, and what its copies share."""
     weight, count = sampler.sizes, len(points.points_m)
-    whole = replace(points, copies=sector.count)
+    whole = replace(points, copies=sector.count, angle_rad=sector.angle_rad)
     if sector.mirrored:
         weight = np.tile(weight, 2)
         whole = FieldPoints(
@@ -205,6 +212,7 @@ def _of_sector(
             cell_material=np.tile(points.cell_material, 2),
             point_material=np.tile(points.point_material, 2),
             copies=sector.count,
+            angle_rad=sector.angle_rad,
         )
     return shared_points(whole.points_m, whole.point_material, weight, sector.count), whole
 
@@ -277,6 +285,7 @@ def _field_points(given: OrderFields, fields: BodyFields) -> FieldPoints:
         cell_material=material,
         point_material=own % len(fields.materials),
         copies=1,
+        angle_rad=0.0,
     )
 
 

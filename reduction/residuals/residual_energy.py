@@ -38,11 +38,11 @@ from solidwhirl.reduction.operators.matrices import (
 )
 from solidwhirl.reduction.operators.solid_matrices import SectorStiffness, component_mass
 from solidwhirl.reduction.operators.solver_choice import Solver
-from solidwhirl.reduction.residuals.singular_cells import singular_cells
+from solidwhirl.reduction.residuals.singular_cells import singular_nodes
 from solidwhirl.reduction.solvers.constrained import ConstrainedFactor, factorise
 from solidwhirl.reduction.solvers.multigrid import Diagonal, constrained_iteration
 from solidwhirl.reduction.solvers.vectors import apply, inner, project, symmetric
-from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray, Matrix
+from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, IntArray, Matrix
 from solidwhirl.rotordyn.superelement.record import ErrorForm
 
 # Displacement r^α at the end of a rigid surface on a straight outline; at a re-entrant corner of
@@ -54,8 +54,9 @@ _SMOOTH_SAFETY = 1.3
 _RESERVE = 1.25
 # Relative error of an iterative solution that only tells how large what is left out is.
 _ROUGH = 1e-4
-# Steps of conjugate gradients: nine tenths or more of the energy of what the next order adds.
-_STEPS = 8
+# Steps of conjugate gradients, and what they find of the energy that the next order adds: 0.83 to
+# 0.90 of motions up to the tenth mode, whatever the size of the elements [measured].
+_STEPS, _FOUND = 3, 0.85
 # Terms of the series behind the element factor.
 _SERIES = 100_000
 
@@ -81,6 +82,7 @@ class FinerSpace:
     misses: Matrix
     coupling: Coupling
     ingredients: Any
+    singular: BoolArray  #: Which vertices are at re-entrant edges or ends of rigid interfaces
 
 
 def truncation_energy(operators: BodyOperators, basis: Basis) -> tuple[Omitted, FloatArray]:
@@ -123,10 +125,15 @@ def _answer(operators: BodyOperators, basis: Basis, load: Matrix, inside: Matrix
     return inside + basis.factor.solve(rest, None, tolerance=_ROUGH)
 
 
-def residual_terms(operators: BodyOperators, block: Matrix) -> FloatArray:
-    """K V, M V, G V (N V) and (Kσ - S) V, zero where a matrix is absent; (4, local û, n)."""
+def residual_terms(
+    operators: BodyOperators, block: Matrix, strained: int | None = None
+) -> FloatArray:
+    """K V, M V, G V (N V) and (Kσ - S) V, zero where a matrix is absent; (4, local û, n).
+
+    `strained`: leading columns that K V is wanted of; None: all.
+    """
     out = np.zeros((4, *block.shape), dtype=block.dtype)
-    out[0] = apply(operators.stiffness, block)
+    out[0, :, :strained] = apply(operators.stiffness, block[:, :strained])
     out[1] = apply(operators.mass, block)
     if operators.gyroscopic is not None:
         out[2] = apply(operators.gyroscopic, block)
@@ -149,13 +156,18 @@ def mesh_energy(
     """
     degree = compat.polynomial_degree(operators.space) + 1
     finer = _finer_operators(operators, operators.ingredients.kinematics, degree, interfaces)
+    solver: Solver
     if operators.ingredients.kinematics.cyclic is None:
-        solver: Solver = _factor(finer, basis.shift)
+        solver, found = _factor(finer, basis.shift), 1.0
     else:
-        solver = _relaxation(operators, basis, finer)
+        solver, found = _relaxation(operators, basis, finer), _FOUND
     misses = _missed(operators, basis, answers, finer, solver)
-    weighted = _weighted_stiffness(operators, finer, interfaces)
-    energy = _gram(weighted, misses, operators.comm)
+    given = operators.ingredients
+    singular = singular_nodes(
+        finer.space.mesh, given.facet_tags, interfaces, given.kinematics.cyclic
+    )
+    weighted = _weighted_stiffness(operators, finer, singular)
+    energy = _gram(weighted, misses, operators.comm) / found
     weighted.destroy()
     omitted = Omitted(part="mesh", gram=energy, safety=_RESERVE, cutoff_rad_s=np.inf)
     kept = FinerSpace(
@@ -164,6 +176,7 @@ def mesh_energy(
         misses=_single(misses),  # they only tell where the error is
         coupling=finer.coupling,
         ingredients=finer.ingredients,
+        singular=singular,
     )
     # PETSc keeps what Python merely drops
     for held in (finer.stiffness, finer.coupling.unknowns):
@@ -207,7 +220,8 @@ def _missed(
     wider space, n). Of its matrices only the stiffness is left.
     """
     v, b = basis.vectors, basis.interface_count
-    loads = residual_terms(finer, _raised(operators, finer, v))
+    # the modes answer their own strain in the space they are of
+    loads = residual_terms(finer, _raised(operators, finer, v), b)
     free = _raised(operators, finer, basis.free)
     loads = balanced(loads, finer, free)
     for k in range(1, 4):  # in place of the loads, which are not needed any more
@@ -218,7 +232,6 @@ def _missed(
                 left += basis.shift * apply(finer.mass, known)
             loads[k] = _answers(solver, left)
     loads[0, :, :b] = _answers(solver, loads[0][:, :b])
-    loads[0, :, b:] = 0.0
     solver.destroy()
     misses = _unmoved(loads, finer, free)
     for unused in (finer.mass, finer.gyroscopic, finer.stress_stiffening, finer.spin_softening):
@@ -315,20 +328,19 @@ def singular_factor(degree: int, exponent: float = _SINGULAR_EXPONENT) -> float:
     return float(squares.sum() + rest)
 
 
-def _weighted_stiffness(operators: BodyOperators, finer: BodyOperators, interfaces: Any) -> Any:
+def _weighted_stiffness(operators: BodyOperators, finer: BodyOperators, singular: BoolArray) -> Any:
     """K of the finer space, every element times what the next order leaves out there."""
     given, domain = finer.ingredients, finer.space.mesh
     degree = compat.polynomial_degree(operators.space)
     factor = fem.Function(compat.scalar_space(domain, "DG", 0))
-    cyclic = given.kinematics.cyclic
-    singular = singular_cells(domain, given.facet_tags, interfaces, cyclic)
-    values = np.where(singular, singular_factor(degree), _SMOOTH_SAFETY)
+    at_edge = singular[compat.straight_cells(domain)[1]].any(axis=1)
+    values = np.where(at_edge, singular_factor(degree), _SMOOTH_SAFETY)
     compat.owned_values(factor)[:] = values
     kin = replace(given.kinematics, weight=factor * given.kinematics.weight)
     u, v = ufl.TrialFunction(finer.space), ufl.TestFunction(finer.space)
     dx = forms.measure(domain, kin, degree + 1)
     form = forms.stiffness_form(kin, given.matter, u, v, dx)
-    if cyclic is None:
+    if given.kinematics.cyclic is None:
         return assembled(form, finer.coupling)
     return SectorStiffness(unknowns=finer.coupling.unknowns, matrix=assembled(form))
 

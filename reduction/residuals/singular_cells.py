@@ -1,4 +1,4 @@
-"""Cells at places where the stress is singular: re-entrant edges, ends of rigid interfaces."""
+"""Places of a mesh where the stress is singular: re-entrant edges, ends of rigid interfaces."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ _EDGE = np.radians(35.0)
 _NEAR = 1e-9
 
 
-def singular_cells(
+def singular_nodes(
     domain: Any,
     facet_tags: Mapping[str, Any],
     interfaces: Sequence[AnyInterface],
     cyclic: CyclicIndex | None,
 ) -> BoolArray:
-    """Return which cells touch a re-entrant edge or the end of a rigid interface.
+    """Return which vertices lie on a re-entrant edge or at the end of a rigid interface.
 
     `domain`: of a meridian (edges are its corners) or of a sector, whose cyclic index is given.
     """
@@ -49,7 +49,7 @@ def singular_cells(
         singular = _reentrant_edges(points, cells)
         for facets in rigid:
             singular |= _ends(points, facets, _on_cut(points, cyclic))
-    return np.asarray(singular[cells].any(axis=1))
+    return np.asarray(singular)
 
 
 def _reentrant_corners(points: FloatArray, cells: IntArray) -> BoolArray:

@@ -114,7 +114,7 @@ class ConstrainedIteration:
 
     def without_reactions(self, residual: Matrix) -> Matrix:
         """Residuals without the forces that the constraints take up, whose rounding would stay."""
-        forces = scipy.linalg.cho_solve(self.gram, inner(self.answers, residual, self.comm))
+        forces = self._forces(inner(self.answers, residual, self.comm))
         return np.asarray(residual - self.normals @ forces)
 
     def solve(
@@ -209,9 +209,13 @@ class ConstrainedIteration:
             rho = new
         return out
 
+    def _forces(self, values: Matrix) -> Matrix:
+        """Forces of the constraints for values of their rows; none where there are no rows."""
+        return scipy.linalg.cho_solve(self.gram, values) if len(values) else values
+
     def _back(self, values: Matrix) -> Matrix:
         """P⁻¹ C (Cᵀ P⁻¹ C)⁻¹ times values."""
-        return np.asarray(self.answers @ scipy.linalg.cho_solve(self.gram, values))
+        return np.asarray(self.answers @ self._forces(values))
 
     def _dots(self, left: Matrix, right: Matrix) -> FloatArray:
         return squares(left, right, self.comm)

@@ -7,6 +7,7 @@ complex one (`paired`).
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -27,6 +28,13 @@ def unpaired(block: FloatArray) -> Matrix:
     return np.asarray(np.ascontiguousarray(block.T).view(complex).T)
 
 
+def as_complex(real: FloatArray, imaginary: FloatArray) -> Matrix:
+    """Complex block of two real ones, stored by columns."""
+    out = np.empty(real.shape, dtype=complex, order="F")
+    out.real, out.imag = real, imaginary
+    return out
+
+
 @runtime_checkable
 class Operator(Protocol):
     """A matrix that is known by what it makes of a block."""
@@ -39,6 +47,33 @@ class Operator(Protocol):
 
     def destroy(self) -> None:
         """Free what it holds."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Combination:
+    """Sum of matrices times factors; the matrices stay those of others."""
+
+    terms: tuple[tuple[float, Any], ...]
+
+    def times(self, block: Matrix) -> Matrix:
+        """Sum times every column."""
+        return np.asarray(sum(factor * apply(matrix, block) for factor, matrix in self.terms))
+
+    def folded(self) -> Any:
+        """As a PETSc matrix."""
+        wholes = [
+            (factor, matrix.folded() if isinstance(matrix, Operator) else matrix.copy())
+            for factor, matrix in self.terms
+        ]
+        first, out = wholes[0]
+        out.scale(first)
+        for factor, whole in wholes[1:]:
+            out.axpy(factor, whole, PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
+            whole.destroy()
+        return out
+
+    def destroy(self) -> None:
+        """Nothing is its own."""
 
 
 def apply(matrix: Any, block: Matrix) -> Matrix:

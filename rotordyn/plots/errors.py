@@ -27,7 +27,7 @@ _ROWS = 24
 _LOOKS = {
     "mesh": charts.Look("#8C510A", "solid", "circle"),
     "circumferential": charts.Look("@c5", "dash", "square"),
-    "stage_joints": charts.Look("@c4", "dash", "triangle"),
+    "stage_joints": charts.Look("@c5", "dash", "star"),
     "mode_truncation": charts.Look("@c3", "dashdot", "triangle-up"),
     "speed_interpolation": charts.Look("@c4", "dot", "triangle-left"),
     "interface_coupling": charts.Look("@c7", "longdash", "cross"),

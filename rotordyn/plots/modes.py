@@ -168,6 +168,7 @@ def share_chart(
     found: Sequence[tuple[str, Sequence[str], Participation]], kind: Literal["kinetic", "strain"]
 ) -> charts.Chart:
     """Return the shares of bodies and joints in the energy of modes; arguments as above."""
+    found = [(label, _told_apart(names), shares) for label, names, shares in found]
     places = list(dict.fromkeys(name for _, names, _ in found for name in names))
     options = [
         charts.Option(
@@ -200,6 +201,12 @@ def share_chart(
         height_px=380,
         is_stacked=True,
     )
+
+
+def _told_apart(names: Sequence[str]) -> list[str]:
+    """Number names that occur again: bars of one name would stand upon each other."""
+    before = [list(names[:k]).count(name) for k, name in enumerate(names)]
+    return [f"{name} ({n + 1})" if n else name for name, n in zip(names, before, strict=True)]
 
 
 def share_bars(found: Participation, kind: str) -> list[charts.Bars]:

@@ -116,9 +116,8 @@ def write_surface(file: h5py.File, surface: Surface | None) -> None:
     put_numbers(group, "amplitudes", surface.amplitudes.real.astype(kept), axes=axes)
     if copies is not None:
         put_numbers(group, _IMAGINARY, surface.amplitudes.imag.astype(kept), axes=axes)
-        group.attrs.update(
-            {"copies": np.int64(copies.count), "mirrored": np.int64(copies.mirrored)}
-        )
+        whole = {"copies": np.int64(copies.count), "mirrored": np.int64(copies.mirrored)}
+        group.attrs.update({**whole, "angle": copies.angle_rad})
     put_numbers(group, "coordinate", surface.coordinate)
     put_numbers(group, "order", surface.order)
     put_numbers(group, "family", surface.family, enum="0 cos, 1 sin")
@@ -160,4 +159,5 @@ def _read_copies(file: SuperelementFile, place: str) -> Copies:
         file.whole_number(f"{place}: attribute {name!r}", file.attribute(group, place, name))
         for name in ("copies", "mirrored")
     )
-    return Copies(count=count, mirrored=bool(mirrored))
+    angle = _scalar(file, place, "angle", file.attribute(group, place, "angle"))
+    return Copies(count=count, mirrored=bool(mirrored), angle_rad=angle)

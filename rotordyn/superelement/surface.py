@@ -38,10 +38,17 @@ class Copies:
     """How a solid is made of its sector: `count` N of copies, each turned by 2π/N about z.
 
     `mirrored`: what is copied is half a sector and its mirror image in the plane y = 0.
+    `angle_rad`: what the first copy is turned by.
     """
 
     count: int
     mirrored: bool
+    angle_rad: float = 0.0
+
+    @property
+    def theta_rad(self) -> FloatArray:
+        """What the copies are turned by."""
+        return self.angle_rad + angles(self.count)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -53,9 +60,9 @@ class Surface:
     (a cos nθ, b sin nθ, c cos nθ) along r, θ, z, for the family 1 (a sin nθ, −b cos nθ, c sin nθ);
     for n = 0 by (a, b, c). So the surface is known at every θ. Of a solid the terms are
     displacements along x, y, z. Of a sector they are complex fields Φ of the cyclic index h along
-    x, y, z, which move the copy k, turned by kα = 2πk/N, by R(kα) Re[e^{ihkα} Φ] in the family 0,
-    by R(kα) Im[e^{ihkα} Φ] in the family 1; for h = 0 by R(kα) (Re Φ + Im Φ). On the mirror image
-    of half a sector Φ is the mirror image of its conjugate.
+    x, y, z, which move the copy k, turned by θ = 2πk/N and the angle of the first one, by
+    R(θ) Re[e^{ihθ} Φ] in the family 0, by R(θ) Im[e^{ihθ} Φ] in the family 1; for h = 0 by R(θ)
+    (Re Φ + Im Φ). On the mirror image of half a sector Φ is the mirror image of its conjugate.
 
     Raises SuperelementError if shapes disagree, a number is not finite, or a number points to
     nothing.
@@ -90,6 +97,8 @@ class Surface:
             raise SuperelementError(
                 f"surface: copies are {self.copies.count}; 1 to {_MOST_COPIES} are allowed"
             )
+        if self.copies is not None and not np.isfinite(self.copies.angle_rad):
+            raise SuperelementError(f"surface: the angle of copies is {self.copies.angle_rad}")
         points = finite_array(GROUP, "points_m", self.points_m, (None, dimension))
         if dimension == 2 and (points[:, 1] < 0.0).any():
             raise SuperelementError("surface: points_m has a negative radius")
@@ -232,7 +241,7 @@ def around_sectors(parts: tuple[Matrix, Matrix], index: int, family: int, copies
     if copies.mirrored:
         real = np.concatenate([real, real * _MIRROR])
         imaginary = np.concatenate([imaginary, -imaginary * _MIRROR])
-    turn = angles(copies.count)
+    turn = copies.theta_rad
     cos, sin = (f(index * turn)[:, None, None] for f in (np.cos, np.sin))
     if 2 * index % copies.count == 0:  # the field is real
         moved = cos * (real + imaginary)
@@ -253,7 +262,7 @@ def _all_copies(points: FloatArray, cells: IntArray, copies: Copies) -> tuple[Fl
     if copies.mirrored:  # a mirror image turns normals inward
         cells = np.concatenate([cells, cells[:, ::-1] + len(points)])
         points = np.concatenate([points, points * _MIRROR])
-    around = np.einsum("kij,pj->kpi", turns(angles(copies.count)), points)
+    around = np.einsum("kij,pj->kpi", turns(copies.theta_rad), points)
     number = np.arange(copies.count)[:, None, None] * len(points)
     return around.reshape(-1, 3), (number + cells).reshape(-1, 3)
 

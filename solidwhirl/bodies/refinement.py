@@ -18,7 +18,7 @@ import numpy as np
 from solidwhirl.bodies.contributions import AskedModes, Contributions, error_contributions
 from solidwhirl.bodies.reduction import BodyResult, Discretisation
 from solidwhirl.geometry import Body
-from solidwhirl.meshing import meridian_errors, refined_size
+from solidwhirl.meshing import LocalSize, meridian_errors, refined_sector, refined_size
 from solidwhirl.model.plan_records import Plan
 from solidwhirl.rotordyn import AssembledSystem
 from solidwhirl.rotordyn.core.arrays import FloatArray
@@ -252,7 +252,7 @@ def _finer_mesh(
     found: Contributions, result: BodyResult, chosen: Discretisation, target: float
 ) -> Discretisation:
     """Sizes from the errors of the elements, worst modes counting most."""
-    from solidwhirl.reduction.residuals.indicators import MotionSample, element_errors
+    from solidwhirl.reduction.residuals.indicators import MotionSample
 
     name = result.body.name
     share = _trusted(found, found.shares[(name, "mesh")], "mesh")
@@ -268,17 +268,39 @@ def _finer_mesh(
             samples.append(
                 MotionSample(coordinates=q, s=complex(s), speed_rad_s=float(spin), weight=weight)
             )
+    return replace(chosen, local=_local_size(result, chosen, samples, (float(share.max()), target)))
+
+
+def _local_size(
+    result: BodyResult,
+    chosen: Discretisation,
+    samples: Sequence[Any],
+    errors_wanted: tuple[float, float],
+) -> LocalSize:
+    """Sizes from the errors of the elements in some motions.
+
+    `samples`: `MotionSample` of them. `errors_wanted`: the largest error of the mesh as it is, and
+    what it is to be.
+    """
+    from solidwhirl.reduction.residuals.indicators import element_errors
+
+    indicators, body = result.work.indicators, result.body
+    assert indicators is not None and isinstance(body, Body)  # given meshes are fixed
+    orders = indicators()
     # all circumferential orders share the mesh
-    indicators = result.work.indicators
-    assert indicators is not None
-    parts = [element_errors(own, tuple(samples)) for own in indicators()]
+    parts = [element_errors(own, tuple(samples)) for own in orders]
     errors, points, cells = np.sum([p[0] for p in parts], axis=0), *parts[0][1:]
-    errors = errors * (float(share.max()) / errors.sum())
+    found, target = errors_wanted
+    errors = errors * (found / errors.sum())
+    if body.features and cells.shape[1] == 4:
+        singular = orders[0].finer.singular
+        return refined_sector(
+            chosen.size, points, cells, errors, singular, degree=chosen.degree, target=target
+        )
     if cells.shape[1] == 4:
         points, cells, errors = meridian_errors(points, cells, errors)
-    assert isinstance(result.body, Body)  # given meshes are fixed
-    local = refined_size(
-        result.body,
+    return refined_size(
+        body,
         chosen.size,
         points,
         cells,
@@ -287,4 +309,3 @@ def _finer_mesh(
         target=target,
         last=chosen.local,
     )
-    return replace(chosen, local=local)

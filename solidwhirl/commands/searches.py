@@ -22,6 +22,10 @@ def study(
     scene: SceneFile,
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the results.")],
     quick: Annotated[bool, typer.Option("--quick", help="A small matrix of settings.")] = False,
+    peers: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.json", help="Points of other programs, drawn beside."),
+    ] = None,
     quiet: Quiet = False,
 ) -> None:
     """Measure what accuracy costs: error against time and memory over levels, meshes and modes.
@@ -35,7 +39,7 @@ def study(
         from solidwhirl.study.run import study_command
 
         with telling(quiet) as progress:
-            found = study_command(scene, out, progress, quick=quick)
+            found = study_command(scene, out, progress, quick=quick, peers=peers)
         if quiet:
             return
         typer.echo(f"picture: {out / PICTURE}")

@@ -169,8 +169,8 @@ def _refined(level: str, chosen: Discretisation) -> PredictedMesh | None:
     """The next mesh of a body as expected; None: that of its plan."""
     if chosen.local is None:
         return None
-    meridian = predict_refined(chosen.local)
-    return meridian if level == "harmonic" else predict_revolved(meridian)
+    mesh = predict_refined(chosen.local)
+    return mesh if level == "harmonic" or mesh.dimension == 3 else predict_revolved(mesh)
 
 
 def forecast_document(found: Forecast) -> dict[str, Any]:

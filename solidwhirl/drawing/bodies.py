@@ -42,6 +42,27 @@ class Part(NamedTuple):
         return np.column_stack([z, [*self.inner_m, *self.outer_m[::-1]]])
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FeatureSet:
+    """Blades, holes or slots of a body: how many, what is seen of one from the side, mass, kg.
+
+    `area_m`: (z, r) of its outline, shape (k, 2). What is cut out has a negative mass.
+    """
+
+    name: str
+    kind: str
+    count: int
+    section: str
+    material: str
+    mass_kg: float
+    area_m: FloatArray
+
+    @property
+    def text(self) -> str:
+        """Name, number and kind."""
+        return f"{self.name}, {self.count} {self.kind}, {self.material}"
+
+
 class RigidDisk(NamedTuple):
     """A rigid disk, seen as the uniform thin one with its polar inertia, m r²/2.
 
@@ -75,6 +96,7 @@ class Silhouette:
     speed_ratio: float
     #: Outline (k, 2) in (z, r) of a profile with its fillets
     lines_m: tuple[FloatArray, ...] = ()
+    features: tuple[FeatureSet, ...] = ()
     #: Of each area, what it is and the name of its material; empty where neither is known
     labels: tuple[str, ...] = ()
     materials: tuple[str, ...] = ()
@@ -130,6 +152,7 @@ def _silhouette(scene: Scene, name: str, element: Superelement, profile: Body | 
         kind=kind,
         areas_m=tuple(areas),
         lines_m=lines,
+        features=() if profile is None else profile_features(profile),
         nodes_m=nodes,
         seats_m={},
         disks=disks_of(scene, name, element),
@@ -152,6 +175,23 @@ def profile_parts(body: Body) -> tuple[Part, ...]:
              geometry.section_mass_properties(s).mass_kg)
         for s in body.sections
     )  # fmt: skip
+
+
+def profile_features(body: Body) -> tuple[FeatureSet, ...]:
+    """Return the blades, holes and slots of a profile."""
+    sections = {s.name: s for s in body.sections}
+    return tuple(
+        FeatureSet(
+            name=f.name,
+            kind=f.kind,
+            count=f.count,
+            section=f.section,
+            material=geometry.feature_material(f, sections[f.section]).name,
+            mass_kg=geometry.feature_mass_properties(f, sections[f.section]).mass_kg,
+            area_m=geometry.side_view(f, sections[f.section]),
+        )
+        for f in body.features
+    )
 
 
 def beam_parts(scene: Scene, name: str) -> tuple[Part, ...]:

@@ -16,6 +16,7 @@ from solidwhirl.drawing.bodies import Silhouette
 from solidwhirl.drawing.labels import Label, label_block, label_height
 from solidwhirl.drawing.shapes import (
     LETTER,
+    LINE,
     Circle,
     Drawing,
     Group,
@@ -31,7 +32,7 @@ from solidwhirl.scene.joints import BearingSpec
 from solidwhirl.scene.records import Scene
 
 _MARGIN, _RULER, _LEGEND_LINE = 58.0, 46.0, 22.0
-_MOST_TICKS = 12
+_MOST_TICKS, _TICK_WIDTH = 12, 36.0
 # Half the size of a bearing's box, of a wheel, and distance of what lies beyond it.
 _BOX, _WHEEL, _BEYOND = 6.0, 7.0, 20.0
 # Distance of bearings on the ground at one place, drawn one outside the other.
@@ -148,7 +149,7 @@ def _extent(bodies: Sequence[Silhouette]) -> tuple[float, float, float]:
     radii = [d.radius_m for b in bodies for d in b.disks]
     radii += [abs(h) for b in bodies for _, h in b.nodes_m.values()]
     for b in bodies:
-        for area in b.areas_m:
+        for area in (*b.areas_m, *(f.area_m for f in b.features)):
             places += [float(area[:, 0].min()), float(area[:, 0].max())]
             radii.append(float(np.abs(area[:, 1]).max()))
     low, high = min(places), max(places)
@@ -204,6 +205,8 @@ def engine_caption(scene: Scene, bodies: Sequence[Silhouette]) -> str:
         said.append("Materials are shaded, see the legend.")
     elif materials:
         said.append(f"All sections are of {materials[0]}.")
+    if any(b.features for b in bodies):
+        said.append("Without hatching: blades, holes and slots from the side, with their number.")
     if any(b.kind == "view" for b in bodies):
         said.append("Bodies from a mesh show their outline seen from the side.")
     if any(b.disks for b in bodies):
@@ -287,7 +290,8 @@ def _machine(scene: Scene, plan: _Plan) -> Iterator[Shape]:
     """Bodies, casings, axis, joints, nodes and centres, from back to front."""
     materials = materials_of(plan.bodies)
     for k, body in enumerate(plan.bodies):
-        shapes = (*_areas(plan, body, k, materials), *_disks(plan, body, k))
+        own = (*_areas(plan, body, k, materials), *_features(plan, body, k))
+        shapes = (*own, *_disks(plan, body, k))
         yield Group(title=body.name, shapes=(*shapes, *_bare_body(plan, body, k)))
     yield Line(((plan.left - 14.0, plan.axis), (plan.width - plan.left + 14.0, plan.axis)), _AXIS)
     for joint in _placed_joints(scene, plan):
@@ -323,6 +327,20 @@ def _areas(plan: _Plan, body: Silhouette, k: int, materials: Sequence[str]) -> I
             under = Polygon(side.points, shade(material, materials))
             shown = (under, side) if material in materials[1:] else (side,)
             yield Group(title=body.labels[number], shapes=shown)
+
+
+def _features(plan: _Plan, body: Silhouette, k: int) -> Iterator[Shape]:
+    """Blades, holes and slots without hatching, as the plane does not cut all of them."""
+    for found in body.features:
+        look = Style(fill="paper", stroke=f"c{k}", width=1.1)
+        sides = [plan.points(side) for side in _mirrored(found.area_m, body.kind)]
+        shapes: list[Shape] = [Polygon(side, look) for side in sides]
+        width, height = np.ptp(sides[0], axis=0)
+        text = f"{found.count}"
+        if width > LETTER * len(text) and height > LINE:
+            x, y = 0.5 * (sides[0].min(axis=0) + sides[0].max(axis=0))
+            shapes.append(Words(float(x), float(y) + 4.0, text, color=f"c{k}"))
+        yield Group(title=f"{body.name}: {found.text}", shapes=shapes)
 
 
 def _mirrored(area: FloatArray, kind: str) -> list[FloatArray]:
@@ -464,7 +482,8 @@ def _rulers(plan: _Plan, extent: tuple[float, float, float], y: float) -> Iterat
     """Places along the axis below the drawing, and distances from it to the left."""
     low, high, radius = extent
     yield Line(((plan.x(low), y), (plan.x(high), y)), _RULE)
-    for z in ruler_steps(1e3 * low, 1e3 * high, _MOST_TICKS):
+    most = min(_MOST_TICKS, int((high - low) * plan.scale / _TICK_WIDTH))
+    for z in ruler_steps(1e3 * low, 1e3 * high, max(1, most)):
         x = plan.x(1e-3 * z)
         yield Line(((x, y), (x, y + 5.0)), _RULE)
         yield Words(x, y + 18.0, f"{z + 0.0:g}", color="muted")

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solidwhirl.geometry import Body
+from solidwhirl.geometry import Body, has_stages
 from solidwhirl.meshing import CORNER_RATE, MeshSize
 from solidwhirl.scene.records import ModelSpec
 
@@ -45,9 +45,12 @@ class Resolution:
 
 
 def _is_adapted(body: Body, model: ModelSpec) -> bool:
-    """Sizes that the scene gives are kept; without estimates there is nothing to follow."""
+    """Sizes that the scene gives are kept; without estimates there is nothing to follow.
+
+    Joined stages have one mesh size rule for all their parts.
+    """
     given = (model.size_m, model.corner_size_m, model.growth)
-    return not body.features and model.estimates == "on" and given == (None, None, None)
+    return not has_stages(body) and model.estimates == "on" and given == (None, None, None)
 
 
 def choose_resolution(body: Body, level: str, model: ModelSpec) -> Resolution:
@@ -58,7 +61,8 @@ def choose_resolution(body: Body, level: str, model: ModelSpec) -> Resolution:
     thinnest, adapted = min(_thickness(body)), _is_adapted(body, model)
     if body.features:
         degree, growth, through = 2, 0.6, 1.2
-        wanted, constant, rate = max(model.accuracy, _FEATURE_FLOOR), _SOLID_ERROR, _SOLID_RATE
+        wanted = max(model.accuracy, _FIRST_MESH if adapted else _FEATURE_FLOOR)
+        constant, rate = _SOLID_ERROR, _SOLID_RATE
     elif adapted:
         degree = model.order or _adapted_order(level, model.accuracy)
         growth, through = 0.8, 1.0

@@ -22,10 +22,16 @@ def cyclic_source(job: Job, reduced: Mapping[str, BodyResult], name: str) -> Cyc
     """Return what the cyclic indices of a body are reduced from: its last mesh.
 
     A body of revolution whose mesh is a solid one gets a meridian. Raises AnalysisError: a mesh of
-    a whole that is given.
+    a whole that is given, or stages without a common sector.
     """
     found = reduced[name]
     mesh = found.mesh
+    if mesh.parts is not None:
+        counts = sorted({sector.count for sector in mesh.parts.sectors})
+        raise AnalysisError(
+            f"body {name!r} is made of parts with {', '.join(map(str, counts))} sectors; nodal "
+            "diameters need one count: make a body of one stage and the drum beside it"
+        )
     if mesh.dimension == 3 and mesh.sector is None:
         if not isinstance(found.body, Body) or found.body.features:
             raise AnalysisError(
@@ -51,7 +57,6 @@ def _reduced(
     held, indices, modes = asked
     own, used = job.plan.bodies[found.body.name], found.discretisation
     level = "harmonic" if mesh.dimension == 2 else "solid"
-    estimates = ("mode_truncation", "mesh") if level == "harmonic" else ("mode_truncation",)
     request = CyclicRequest(
         level=level,
         indices=tuple(indices),
@@ -59,7 +64,7 @@ def _reduced(
         degree=used.degree,
         modes=modes + _SPARE,
         maximum_speed_rad_s=own.maximum_speed_rad_s,
-        estimates=estimates if job.scene.model.estimates == "on" else (),
+        estimates=("mode_truncation", "mesh") if job.scene.model.estimates == "on" else (),
         solver=own.solver,
     )
     why = f", nodal diameters {min(indices)} to {max(indices)}"

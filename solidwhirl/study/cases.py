@@ -6,6 +6,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
+import numpy as np
+
+from solidwhirl.geometry import Blade
 from solidwhirl.meshing import CORNER_RATE
 from solidwhirl.model.bodies import build_bodies
 from solidwhirl.scene.records import Scene
@@ -13,7 +16,7 @@ from solidwhirl.scene.records import Scene
 # Fixed meshes: the estimates' own comparison models follow this accuracy.
 _FIXED_ACCURACY = 5e-3
 # Sizes over the thinnest section: largest element, element at corners, uniform elements.
-_LARGEST, _CORNER, _UNIFORM, _SOLID_CORNER = 4.0, 0.3, 2.0, 1.0
+_LARGEST, _CORNER, _UNIFORM = 4.0, 0.3, 2.0
 # One rung of the graded ladder divides the largest size by this.
 _STEP = 2.0**0.5
 
@@ -22,49 +25,43 @@ _STEP = 2.0**0.5
 class Ladders:
     """How much a study runs.
 
-    `reference_accuracy` (of the truth) and `adaptive` are accuracies of harmonic runs;
-    `graded` and `uniform` are rungs (refinements) by element order; `solid` are sizes
-    over those of the first graded rung; `modes` are numbers of fixed-interface modes on one fine
-    graded mesh of order 4. The mesh ladders have so many modes that the mesh's error shows. Cases
-    with a longer predicted processor time [s], which is also longer than that of the reference, are
-    skipped.
+    `reference` (the truth) and `adaptive` are accuracies by level; `graded` and `uniform` are rungs
+    (refinements) of the harmonic level by element order, `solid` graded ones of sectors; `modes`
+    are numbers of fixed-interface modes on one fine graded mesh of order 4. The mesh ladders have
+    so many modes that the mesh's error shows. Cases with a longer predicted processor time [s],
+    which is also longer than that of the reference, are skipped. Bodies with blades, holes or slots
+    are solids in all cases.
     """
 
-    reference_accuracy: float
+    reference: Mapping[str, float]
     graded: Mapping[int, Sequence[int]]
     uniform: Mapping[int, Sequence[int]]
-    solid: Sequence[float]
-    adaptive: Sequence[float]
+    solid: Sequence[int]
+    adaptive: Mapping[str, Sequence[float]]
     modes: Sequence[int]
     ladder_modes: int
-    solid_modes: int
     longest_s: float
-    solid_longest_s: float
 
 
 FULL = Ladders(
-    reference_accuracy=1e-6,
+    reference={"harmonic": 1e-6, "solid": 5e-4},
     graded={2: range(-1, 6), 3: range(-1, 5), 4: range(4)},
     uniform={2: range(4), 3: range(3), 4: range(2)},
-    solid=(2.0, 0.7, 0.4, 0.25, 0.15, 0.1, 0.07, 0.05),
-    adaptive=(1e-1, 1e-2, 1e-3, 1e-4, 1e-5),
+    solid=range(-2, 8),
+    adaptive={"harmonic": (1e-1, 1e-2, 1e-3, 1e-4, 1e-5), "solid": (1e-1, 1e-2, 3e-3, 1e-3, 3e-4)},
     modes=(2, 4, 8, 16),
     ladder_modes=24,
-    solid_modes=8,
     longest_s=600.0,
-    solid_longest_s=7200.0,
 )
 QUICK = Ladders(
-    reference_accuracy=1e-4,
+    reference={"harmonic": 1e-4, "solid": 5e-3},
     graded={2: (-1, 0, 2, 5)},
     uniform={},
-    solid=(),
-    adaptive=(1e-2,),
+    solid=(-2, 0, 2, 5),
+    adaptive={"harmonic": (1e-2,), "solid": (1e-2,)},
     modes=(),
     ladder_modes=6,
-    solid_modes=4,
     longest_s=20.0,
-    solid_longest_s=20.0,
 )
 
 
@@ -109,19 +106,32 @@ def study_cases(scene: Scene, ladders: Ladders) -> tuple[StudyCase, ...]:
                 update={"model": spec.model_validate({"compare_coupling": "off", **settings})}
             ),
         )
-        for name, ladder, settings in _settings(thinnest_m(scene), ladders)
+        for name, ladder, settings in _settings(
+            thinnest_m(scene), ladders, only_solid=has_features(scene)
+        )
     )
 
 
+def has_features(scene: Scene) -> bool:
+    """Return whether a body has blades, holes or slots, which no level but the solid has."""
+    return any(body.features for body in build_bodies(scene).values())
+
+
 def thinnest_m(scene: Scene) -> float:
-    """Return the smallest dimension of all sections of all bodies, m: it sets the sizes."""
+    """Return the smallest dimension of sections and blades of all bodies, m: it sets the sizes."""
+    bodies = build_bodies(scene).values()
+    blades = [f for b in bodies for f in b.features if isinstance(f, Blade)]
     return min(
-        min(
-            s.end_m - s.start_m,
-            max(o - i for i, o in zip(s.inner_radius_m, s.outer_radius_m, strict=True)),
-        )
-        for body in build_bodies(scene).values()
-        for s in body.sections
+        *(
+            min(
+                s.end_m - s.start_m,
+                max(o - i for i, o in zip(s.inner_radius_m, s.outer_radius_m, strict=True)),
+            )
+            for body in bodies
+            for s in body.sections
+        ),
+        *(max(blade.thickness_m) for blade in blades),
+        np.inf,
     )
 
 
@@ -141,15 +151,29 @@ def graded_sizes(thinnest: float, order: int, rung: int) -> dict[str, float]:
     }
 
 
-def _settings(thinnest: float, ladders: Ladders) -> Iterator[tuple[str, str, dict[str, Any]]]:
+def _settings(
+    thinnest: float, ladders: Ladders, *, only_solid: bool
+) -> Iterator[tuple[str, str, dict[str, Any]]]:
     """Name, ladder and `[model]` settings of every case."""
-    harmonic = {"level": "harmonic"}
-    yield "reference", "reference", {**harmonic, "accuracy": ladders.reference_accuracy}
-    for accuracy in ladders.adaptive:
-        name = f"harmonic, accuracy {accuracy:g}"
-        yield name, "adaptive", {**harmonic, "accuracy": accuracy}
-    yield "beam", "beam", {"level": "beam"}
-    fixed = {**harmonic, "accuracy": _FIXED_ACCURACY, "modes": ladders.ladder_modes}
+    truth = "solid" if only_solid else "harmonic"
+    yield "reference", "reference", {"level": truth, "accuracy": ladders.reference[truth]}
+    for level, accuracies in ladders.adaptive.items():
+        if level == "solid" or not only_solid:
+            for accuracy in accuracies:
+                settings = {"level": level, "accuracy": accuracy}
+                yield f"{level}, accuracy {accuracy:g}", "adaptive", settings
+    if not only_solid:
+        yield "beam", "beam", {"level": "beam"}
+        yield from _harmonic(thinnest, ladders)
+    fixed = {"level": "solid", "accuracy": _FIXED_ACCURACY, "modes": ladders.ladder_modes}
+    for rung in ladders.solid:
+        sizes = graded_sizes(thinnest, 2, rung)
+        yield f"solid, order 2, graded, rung {rung}", "graded", {**fixed, "order": 2, **sizes}
+
+
+def _harmonic(thinnest: float, ladders: Ladders) -> Iterator[tuple[str, str, dict[str, Any]]]:
+    """Mesh ladders of the harmonic level, and that of modes."""
+    fixed = {"level": "harmonic", "accuracy": _FIXED_ACCURACY, "modes": ladders.ladder_modes}
     for order, rungs in ladders.graded.items():
         for rung in rungs:
             name = f"harmonic, order {order}, graded, rung {rung}"
@@ -164,10 +188,3 @@ def _settings(thinnest: float, ladders: Ladders) -> Iterator[tuple[str, str, dic
     for modes in ladders.modes:
         sizes = {"order": 4, **graded_sizes(thinnest, 4, 2)}
         yield f"harmonic, order 4, {modes} modes", "modes", {**fixed, **sizes, "modes": modes}
-    for factor in ladders.solid:
-        settings = {
-            "level": "solid", "accuracy": _FIXED_ACCURACY, "order": 2, "growth": 0.8,
-            "modes": ladders.solid_modes, "size_m": _LARGEST * thinnest * factor,
-            "corner_size_m": _SOLID_CORNER * thinnest * factor,
-        }  # fmt: skip
-        yield f"solid, order 2, graded, sizes times {factor:g}", "graded", settings

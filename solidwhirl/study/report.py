@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 import os
 import platform
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, PositiveInt
 
 from solidwhirl.core.errors import markdown_row, markdown_text
 from solidwhirl.core.machine import machine_speed
@@ -29,6 +30,19 @@ _COSTS = (
 )  # fmt: skip
 
 
+class PeerPoint(BaseModel):
+    """What another program took for the same scene, and its error against the same truth."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    program: Annotated[str, Field(min_length=1, max_length=80)]
+    model: Annotated[str, Field(max_length=80)] = ""
+    unknowns: PositiveInt
+    error: PositiveFloat
+    cpu_s: PositiveFloat
+    peak_memory_gib: PositiveFloat
+
+
 @dataclass(frozen=True, kw_only=True)
 class Study:
     """A whole study; the reference is the first of its outcomes."""
@@ -37,6 +51,7 @@ class Study:
     quick: bool
     outcomes: tuple[Outcome, ...]
     table: StudyTable
+    peers: tuple[PeerPoint, ...] = ()
 
     @property
     def counts(self) -> tuple[int, ...]:
@@ -95,6 +110,7 @@ def study_document(study: Study) -> dict[str, Any]:
             "critical_speed_rad_s": [c.speed_rad_s for c in reference.measured.critical_speeds],
         },
         "cases": [_case(row) for row in table.rows],
+        "peers": [peer.model_dump() for peer in study.peers],
         "pareto": {"error_cpu_s": table.time_front, "error_peak_memory": table.memory_front},
         "spans": table.spans,
         "slopes": [asdict(s) for s in table.slopes],
@@ -133,8 +149,9 @@ def summary(study: Study, document: Mapping[str, Any]) -> str:
     lines = [
         f"# Accuracy against cost: {markdown_text(study.scene.title or study.scene.name)}",
         "",
-        f"Errors are the largest of all branches and speeds, relative to the harmonic level at "
-        f"accuracy {document['reference']['accuracy']:g}, whose own estimate is {table.floor:.1e}. "
+        f"Errors are the largest of all branches and speeds, relative to the "
+        f"{study.outcomes[0].case.level} level at accuracy "
+        f"{document['reference']['accuracy']:g}, whose own estimate is {table.floor:.1e}. "
         f"Time is processor time of the whole process, its start included, without error estimates "
         f"except for adaptive runs, which need them. Machine: {machine['processor']}, "
         f"{machine['gflops']:.3g} GFLOP/s, {machine['gbytes_per_s']:.3g} GB/s on one core.",
@@ -153,6 +170,7 @@ def summary(study: Study, document: Mapping[str, Any]) -> str:
         "Fronts: T, no case is both faster and more accurate; M, none needs both less memory and "
         "is more accurate. Effectivity: estimated over true error.",
         "",
+        *_peer_lines(study.peers),
         "## Slopes over the unknowns",
         "",
         "| series | quantity | slope | ± | scatter [decades] | points | left out |",
@@ -168,6 +186,27 @@ def summary(study: Study, document: Mapping[str, Any]) -> str:
         ),
     ]
     return "\n".join(lines) + "\n"
+
+
+def _peer_lines(peers: Sequence[PeerPoint]) -> list[str]:
+    if not peers:
+        return []
+    return [
+        "## Other programs",
+        "",
+        "| program | model | unknowns | CPU [s] | memory [GiB] | error |",
+        "|---|---|---|---|---|---|",
+        *(
+            markdown_row(
+                (
+                    *(peer.program, peer.model, peer.unknowns, f"{peer.cpu_s:.2f}"),
+                    *(f"{peer.peak_memory_gib:.3f}", _short(peer.error)),
+                )
+            )
+            for peer in peers
+        ),
+        "",
+    ]
 
 
 def _row(row: StudyRow, table: StudyTable) -> str:
@@ -198,9 +237,9 @@ def study_chart(study: Study) -> charts.Chart:
     costs = np.array([_costs(row) for row in rows]).reshape(-1, 3)
     errors = np.array([max(row.campbell.true, table.floor) for row in rows])
     options = []
-    for column, (name, unit) in zip(costs.T, _COSTS, strict=True):
-        curves = []
-        for k, series in enumerate(dict.fromkeys(r.outcome.case.series for r in rows)):
+    for k, (name, unit) in enumerate(_COSTS):
+        column, curves = costs[:, k], _peer_curves(study.peers, k)
+        for number, series in enumerate(dict.fromkeys(r.outcome.case.series for r in rows)):
             own = np.flatnonzero([r.outcome.case.series == series for r in rows])
             own = own[np.argsort(column[own])]
             slopes = "".join(
@@ -208,7 +247,7 @@ def study_chart(study: Study) -> charts.Chart:
                 for s in table.slopes
                 if (s.series, s.quantity) == (series, "error")
             )
-            look = replace(charts.series_look(k), dash="solid", width=1.1, size=7.7)
+            look = replace(charts.series_look(number), dash="solid", width=1.1, size=7.7)
             curves.append(
                 charts.Curve(x=column[own], y=errors[own], name=series + slopes, look=look)
             )
@@ -232,6 +271,18 @@ def study_chart(study: Study) -> charts.Chart:
             charts.Choice(label="cost", options=options, on_paper="each"),
         ],
     )
+
+
+def _peer_curves(peers: Sequence[PeerPoint], cost: int) -> list[charts.Curve]:
+    """Marks of other programs over the cost of that number, a curve for each."""
+    curves = []
+    for k, program in enumerate(dict.fromkeys(peer.program for peer in peers)):
+        own = [peer for peer in peers if peer.program == program]
+        places = [(p.cpu_s, p.peak_memory_gib, float(p.unknowns))[cost] for p in own]
+        look = replace(charts.series_look(k), color="@ink", dash="", size=9.0)
+        errors = np.array([peer.error for peer in own])
+        curves.append(charts.Curve(x=np.array(places), y=errors, name=program, look=look))
+    return curves
 
 
 def _costs(row: StudyRow) -> tuple[float, float, float]:

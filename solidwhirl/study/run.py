@@ -8,8 +8,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from pydantic import TypeAdapter, ValidationError
+
 from solidwhirl.cache.files import StageStore
-from solidwhirl.core.errors import UserError, writing
+from solidwhirl.core.errors import UserError, clean, writing
 from solidwhirl.core.machine import MachineSpeed, available_memory_gib, machine_speed
 from solidwhirl.cost.work import predict_cost
 from solidwhirl.files.run_folder import refuse_foreign
@@ -43,6 +45,7 @@ def study_command(
     progress: Progress = lambda text: None,
     *,
     quick: bool = False,
+    peers: str | Path | None = None,
 ) -> report.Study:
     """Measure error against processor time and memory over levels, orders, meshes and modes.
 
@@ -50,12 +53,14 @@ def study_command(
 
     Results of finished cases are cached in the folder cases/: a study that was interrupted
     continues where it stopped. `progress` is called with one line per case, with the time to go;
-    `quick` takes short ladders, under a minute for a small scene.
+    `quick` takes short ladders, under a minute for a small scene; `peers` is a JSON file of points
+    of other programs (a list of `report.PeerPoint`) that are shown beside them.
 
-    Raises SceneError: the scene can't be read; StudyError: there is no body with a profile, or the
-    reference fails; OutputError: the folder can't be written.
+    Raises SceneError: the scene can't be read; StudyError: there is no body with a profile, the
+    points can't be read, or the reference fails; OutputError: the folder can't be written.
     """
     scene, out = read_scene(scene_path), Path(out)
+    others = () if peers is None else read_peers(Path(peers))
     if not scene.bodies:
         raise StudyError("a study needs a body with a profile, [bodies.NAME]; the scene has none")
     refuse_foreign(out / report.DOCUMENT, '"schema": "solidwhirl-study-', "no study wrote it")
@@ -66,7 +71,7 @@ def study_command(
         outcomes = run_cases(cases, out / "cases", ladders, progress)
         progress("picture")
         study = report.Study(
-            scene=scene, quick=quick, outcomes=outcomes, table=study_table(outcomes)
+            scene=scene, quick=quick, outcomes=outcomes, table=study_table(outcomes), peers=others
         )
         document = report.study_document(study)
         chart = report.study_chart(study)
@@ -74,6 +79,23 @@ def study_command(
         replace_text(out / report.REPORT, report.summary(study, document))
         replace_text(out / report.DOCUMENT, json.dumps(document, indent=1, allow_nan=False) + "\n")
     return study
+
+
+def read_peers(path: Path) -> tuple[report.PeerPoint, ...]:
+    """Read points of other programs.
+
+    Raises StudyError: no file, no JSON, or other keys and values than `report.PeerPoint` has.
+    """
+    try:
+        points = TypeAdapter(tuple[report.PeerPoint, ...]).validate_json(path.read_bytes())
+    except OSError as error:
+        raise StudyError(f"{path}: can not be read: {error.strerror}") from error
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = "".join(f"[{k}]" if isinstance(k, int) else f".{k}" for k in first["loc"])
+        found = f"{clean(repr(first['input']), 80)} found; {clean(first['msg'])}"
+        raise StudyError(f"{path}: {place or 'the list'}: {found}") from error
+    return points
 
 
 def run_cases(
@@ -87,12 +109,10 @@ def run_cases(
     """
     store = StageStore(folder)
     machine = machine_speed()
-    reference = _planned(cases[0], machine, _allowed_s(cases[0], ladders))
+    reference = _planned(cases[0], machine, ladders.longest_s)
     # what is held against a truth may take as long as the truth
-    planned = [reference] + [
-        _planned(case, machine, max(reference.cpu_s, _allowed_s(case, ladders)))
-        for case in cases[1:]
-    ]
+    longest_s = max(reference.cpu_s, ladders.longest_s)
+    planned = [reference] + [_planned(case, machine, longest_s) for case in cases[1:]]
     keys = [
         store.key("study", scene_hash(c.scene), c.estimates, c.ladder == "reference")
         for c in (plan.case for plan in planned)
@@ -157,10 +177,6 @@ def _planned(case: StudyCase, machine: MachineSpeed, allowed_s: float) -> _Plann
         case = replace(case, estimates="off")
         cost, memory = _START_S + plain.total_s, plain.peak_memory_gib
     return _Planned(case=case, allowed_s=allowed_s, cpu_s=cost, memory_gib=memory)
-
-
-def _allowed_s(case: StudyCase, ladders: Ladders) -> float:
-    return ladders.solid_longest_s if case.level == "solid" else ladders.longest_s
 
 
 def _too_large(plan: _Planned) -> str:

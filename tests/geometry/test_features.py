@@ -20,6 +20,7 @@ from solidwhirl.geometry import (
     mass_by_material_kg,
     mass_properties,
     mirror_angle,
+    side_view,
     subdivide,
 )
 
@@ -411,3 +412,38 @@ def test_sectors_in_common():
     assert common_sectors(carrying(FAN, BOLTS)) == 4
     with pytest.raises(GeometryError, match=r"divisor 2 \(holes 'bolts' 8, slots 'keys' 6\)"):
         common_sectors(carrying(BOLTS, KEYS))
+
+
+def _width_at(outline, radius):
+    """Axial range of an outline at a distance from the axis, on its sides."""
+    z, r = np.vstack([outline, outline[:1]]).T
+    crossed = [
+        a + (radius - c) / (d - c) * (b - a)
+        for a, b, c, d in zip(z[:-1], z[1:], r[:-1], r[1:], strict=True)
+        if min(c, d) <= radius < max(c, d)
+    ]
+    return min(crossed), max(crossed)
+
+
+def test_blades_are_seen_as_wide_as_their_plate_reaches():
+    twisted = replace(FAN, stagger_deg=(20.0, -50.0), thickness_m=(0.006, 0.002), at_m=0.004)
+    outline = side_view(twisted, DISK)
+    assert outline[:, 1].min() == 0.1 and outline[:, 1].max() == pytest.approx(0.15)
+    y, z = np.meshgrid(np.linspace(-0.02, 0.02, 801), np.linspace(-0.02, 0.03, 1001))
+    for share in (0.0, 0.375, 0.75):
+        angle, thickness = math.radians(20.0 - 70.0 * share), 0.006 - 0.004 * share
+        along = (z - 0.004) * math.cos(angle) + y * math.sin(angle)
+        across = y * math.cos(angle) - (z - 0.004) * math.sin(angle)
+        inside = z[(np.abs(along) <= 0.01) & (np.abs(across) <= 0.5 * thickness)]
+        # the corner lies within one step of the grid, 5e-5 m, on both axes
+        found = _width_at(outline, 0.1 + 0.05 * share)
+        assert found == pytest.approx((inside.min(), inside.max()), abs=1.5e-4)
+
+
+def test_holes_and_slots_are_seen_from_the_side():
+    z, r = side_view(BOLTS, DISK).T
+    assert (z.min(), z.max()) == (-0.02, 0.02)
+    assert (r.min(), r.max()) == pytest.approx((0.054, 0.066))
+    cone = replace(DISK, outer_radius_m=(0.1, 0.08))
+    expected = [(-0.02, 0.09), (0.0, 0.09), (0.0, 0.09), (-0.02, 0.1)]
+    assert side_view(KEYS, cone) == pytest.approx(np.array(expected))

@@ -125,7 +125,7 @@ def _largest_displacement(found: Any, sectors: int) -> tuple[float, list[float]]
     from solidwhirl.reduction.recovery.spatial_fields import places, values_at
 
     points = found.points
-    theta = _around(points, sectors)
+    theta = points.theta_rad(sectors)
     size = np.concatenate(
         [
             cycle_length(values_at(found.terms, points, some)[0].reshape(-1, 3))
@@ -135,11 +135,6 @@ def _largest_displacement(found: Any, sectors: int) -> tuple[float, list[float]]
     j, node = divmod(int(size.argmax()), len(points.points_m))
     at = places(points.points_m[node : node + 1], theta[j : j + 1])[0, 0]
     return float(size.max()), at.tolist()
-
-
-def _around(points: Any, half_planes: int) -> NDArray[np.float64]:
-    """Angles of the half planes of a meridian, or of the copies of a sector."""
-    return angles(half_planes if points.points_m.shape[1] == 2 else points.copies)
 
 
 def _in_parts(theta: NDArray[np.float64], points: int) -> list[NDArray[np.float64]]:
@@ -179,7 +174,7 @@ def _largest_stress(
     from solidwhirl.reduction.recovery.stress_measures import peak_von_mises, principal_range
 
     points = found.points
-    theta = _around(points, _COARSE)
+    theta = points.theta_rad(_COARSE)
 
     def stresses(kept: NDArray[np.int64], theta: NDArray[np.float64]) -> Any:
         moving = values_at(terms, points, theta, kept)[1].reshape(-1, 6)

@@ -8,7 +8,7 @@ import numpy as np
 
 from solidwhirl.drawing import engine as drawn
 from solidwhirl.drawing.bodies import Silhouette, silhouettes_of
-from solidwhirl.page.drawing.materials import sections_table
+from solidwhirl.page.drawing.materials import features_table, sections_table
 from solidwhirl.page.drawing.svg import svg_of
 from solidwhirl.page.frame.records import Picture, Run, Section, Table
 from solidwhirl.scene.records import Scene
@@ -41,6 +41,7 @@ def section(run: Run) -> Section:
             picture,
             _places(bodies),
             *sections_table(scene, run.results.geometry),
+            *features_table(run.results.geometry),
             *_joints(scene),
         ),
     )

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from solidwhirl.drawing.bodies import beam_parts, profile_parts
+from solidwhirl.drawing.bodies import beam_parts, profile_features, profile_parts
 from solidwhirl.geometry import Body, mass_by_material_kg
 from solidwhirl.model.bodies import scene_materials
 from solidwhirl.page.frame.records import Table
@@ -31,6 +31,22 @@ def sections_table(scene: Scene, geometry: Mapping[str, Body]) -> Iterator[Table
             rows=rows,
             caption="Without fillets and rigid disks.",
         )  # fmt: skip
+
+
+def features_table(geometry: Mapping[str, Body]) -> Iterator[Table]:
+    """Yield blades, holes and slots of all bodies, with what all of a set weigh."""
+    rows = [
+        (f"{name}: {f.name}", f.kind, str(f.count), f.section, f.material, f.mass_kg)
+        for name, body in geometry.items()
+        for f in profile_features(body)
+    ]
+    if rows:
+        yield Table(
+            folded=f"Blades, holes and slots ({len(rows)})",
+            head=("set", "what", "number", "section", "material", "mass of all [kg]"),
+            rows=rows,
+            caption="What holes and slots take away has a negative mass.",
+        )
 
 
 def _radii(ends_m: tuple[float, float]) -> str:

@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 from engine_runs import beam_scene
 
-from solidwhirl.drawing.bodies import silhouettes_of
-from solidwhirl.drawing.engine import engine_drawing, joint_labels, node_labels
+from solidwhirl.drawing.bodies import Silhouette, profile_features, profile_parts, silhouettes_of
+from solidwhirl.drawing.engine import (
+    engine_caption,
+    engine_drawing,
+    joint_labels,
+    node_labels,
+)
 from solidwhirl.drawing.shapes import Group, Line, Polygon, Words
+from solidwhirl.model.bodies import build_bodies
 from solidwhirl.pipeline.run import run_scene
+from solidwhirl.scene_reading.reader import read_scene
+
+SCENES = Path(__file__).resolve().parents[3] / "scenes"
 
 
 def _drawn(results):
@@ -43,3 +54,37 @@ def test_rings_lie_around_their_shaft_and_casings_around_all(geared):
     assert high < drawing.height and low > 0.0
     words = [s.text for s in drawing.shapes if isinstance(s, Words)]
     assert "mount: rigid" in words and words.count("z [mm]") == words.count("r [mm]") == 1
+
+
+def test_blades_are_drawn_with_their_number():
+    scene = read_scene(SCENES / "drum_stages.toml")
+    (profile,) = build_bodies(scene).values()
+    parts = profile_parts(profile)
+    body = Silhouette(
+        name="drum",
+        kind="cut",
+        areas_m=tuple(p.corners_m for p in parts),
+        nodes_m={i.name: (i.start_m, 0.0) for i in profile.interfaces},
+        seats_m={i.name: 0.03 for i in profile.interfaces},
+        disks=(),
+        center_m=(0.2, 0.0),
+        speed_ratio=1.0,
+        features=profile_features(profile),
+    )
+    drawing = engine_drawing(scene, [body], (1040.0, 560.0), (), ())
+    drum = next(s for s in drawing.shapes if isinstance(s, Group) and s.title == "drum")
+    rows = {s.title: s.shapes for s in drum.shapes if isinstance(s, Group)}
+    assert list(rows) == [
+        f"drum: row_{k}, {n} blades, titanium" for k, n in enumerate((24, 31, 37), start=1)
+    ]
+    for number, shapes in zip(("24", "31", "37"), rows.values(), strict=True):
+        assert [s.text for s in shapes if isinstance(s, Words)] == [number]
+        assert sum(isinstance(s, Polygon) for s in shapes) == 2
+    # tips at 0.18 m are the highest that is drawn, on both sides of the axis
+    heights = np.concatenate([s.points[:, 1] for s in rows["drum: row_1, 24 blades, titanium"][:2]])
+    scale = np.ptp(heights) / (2 * 0.18)
+    assert heights.min() > 0.0 and heights.max() < drawing.height
+    (first, _) = (s.points for s in rows["drum: row_3, 37 blades, titanium"][:2])
+    # rounding of a difference of heights some hundred units large
+    np.testing.assert_allclose(np.ptp(first[:, 1]) / scale, 0.042, rtol=1e-12)
+    assert "blades, holes and slots" in engine_caption(scene, [body])

@@ -171,9 +171,8 @@ def test_memory_that_holds_no_factor_holds_the_iteration(scene):
     asked = scene("direct")
     bodies, plans = planned(asked, 1000)
     assert with_chosen_solvers(bodies, plans, modes=modes, available_gib=between) == plans
-    with pytest.raises(
-        MemoryShortageError, match=r"take solver = 'iterative' .* or a coarser mesh"
-    ):
+    message = r"take solver = 'iterative' .* or a coarser mesh"
+    with pytest.raises(MemoryShortageError, match=message):
         refuse_what_does_not_fit(bodies, plans, asked.model, modes=modes, available_gib=between)
     little = 0.5 * need["iterative"]
     with pytest.raises(MemoryShortageError, match="GiB are available; take a coarser mesh"):

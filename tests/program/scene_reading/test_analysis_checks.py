@@ -138,3 +138,12 @@ def test_plan_says_who_keeps_motions_that_nothing_acts_on():
     why = {e.name: e.why for e in make_plan(parse_scene(data), {}).effects}
     assert "but in casing" in why["axial"]
     assert "but in casing" in why["torsion"]
+
+
+def test_nodal_diameters_of_stages_without_a_common_sector(scene_data):
+    data = scene_data("drum_stages")
+    data["analyses"] = [{"kind": "nodal_diameters", "body": "drum", "to_rpm": 9000}]
+    with pytest.raises(SceneError, match=r"analyses\[0\]\.body: .* counts 24, 31, 37; .* own"):
+        parse_scene(data)
+    data["bodies"]["drum"]["blades"] = data["bodies"]["drum"]["blades"][:1]
+    assert parse_scene(data).analyses[0].body == "drum"

@@ -15,8 +15,9 @@ from solidwhirl.scene_reading.reader import parse_scene
 from solidwhirl.study import run as study_run
 from solidwhirl.study.cases import FULL, QUICK, study_cases
 from solidwhirl.study.measure import measured, measured_apart, usage
-from solidwhirl.study.report import SCHEMA
+from solidwhirl.study.report import SCHEMA, Study, study_chart, study_document, summary
 from solidwhirl.study.run import StudyError, run_cases, study_command
+from solidwhirl.study.table import study_table
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +34,8 @@ def quick(request, scene_path, tmp_path_factory):
     said, out = [], tmp_path_factory.mktemp("study")
     with pytest.MonkeyPatch.context() as patch:
         if request.param == "short":
-            patch.setattr(study_run, "QUICK", replace(QUICK, graded={2: (-1, 0, 2)}))
+            short = replace(QUICK, graded={2: (-1, 0, 2)}, solid=(-1, 1))
+            patch.setattr(study_run, "QUICK", short)
             patch.setattr(study_run, "measured_apart", lambda case, _: measured(case))
         done = study_command(scene_path, out, said.append, quick=True)
         document = written(out)
@@ -236,6 +238,55 @@ def test_case_scenes_are_what_their_settings_say(small_scene):
         assert c.scene.model.compare_coupling == "off"
         for key, value in c.settings.items():
             assert getattr(c.scene.model, key) == value
+
+
+def test_a_body_with_blades_is_a_solid_in_all_cases(small_scene):
+    """No meridian holds them: the truth is a solid too, and sizes follow the thinnest blade."""
+    blades = {"name": "fan", "on": "disk", "count": 8, "length_m": 0.05, "chord_m": 0.02,
+              "thickness_m": [0.003, 0.002]}  # fmt: skip
+    cases = study_cases(parse_scene(small_scene(body={"blades": [blades]})), FULL)
+    assert {c.level for c in cases} == {"solid"}
+    assert cases[0].settings["accuracy"] == FULL.reference["solid"]
+    rung = next(c for c in cases if c.name == "solid, order 2, graded, rung 0")
+    assert rung.settings["size_m"] == pytest.approx(4.0 * 0.003)
+
+
+POINT = {"program": "x", "unknowns": 9, "error": 0.1, "cpu_s": 3.0, "peak_memory_gib": 0.5}
+
+
+def test_points_of_other_programs_stand_beside(cases, process, tmp_path):
+    path = tmp_path / "peers.json"
+    path.write_text(json.dumps([POINT]), encoding="utf-8")
+    outcomes = run_cases(cases, tmp_path, QUICK, lambda text: None)
+    study = Study(
+        scene=cases[0].scene,
+        quick=True,
+        outcomes=outcomes,
+        table=study_table(outcomes),
+        peers=study_run.read_peers(path),
+    )
+    assert study_document(study)["peers"] == [POINT | {"model": ""}]
+    assert "| x |  | 9 | 3.00 | 0.500 | 1.0e-01 |" in summary(study, study_document(study))
+    marks = [option.marks[0] for option in study_chart(study).parts[-1].options]
+    assert [m.x.tolist() for m in marks] == [[3.0], [0.5], [9.0]]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (json.dumps([POINT | {"error": 0}]), r"\[0\].error: 0 found; Input should be greater"),
+        (json.dumps([POINT | {"time": 1}]), r"\[0\].time: 1 found; Extra inputs"),
+        ("{", "the list: .*Invalid JSON"),
+    ],
+)
+def test_points_that_are_none_are_refused(text, message, scene_path, tmp_path):
+    path = tmp_path / "peers.json"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(StudyError, match=message):
+        study_command(scene_path, tmp_path / "out", peers=path)
+    with pytest.raises(StudyError, match="can not be read: No such file"):
+        study_command(scene_path, tmp_path / "out", peers=tmp_path / "none.json")
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.solver

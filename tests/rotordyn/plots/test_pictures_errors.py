@@ -11,6 +11,7 @@ from solidwhirl.rotordyn import AnalysisError, campbell, critical_speeds
 from solidwhirl.rotordyn.estimates.campbell_errors import campbell_errors
 from solidwhirl.rotordyn.estimates.critical_speed_errors import critical_speed_errors
 from solidwhirl.rotordyn.plots.errors import draw_campbell_errors, draw_critical_speed_errors
+from solidwhirl.rotordyn.superelement.residual_energy import PARTS
 
 RPM = 30.0 / np.pi
 
@@ -41,6 +42,16 @@ def test_bands_and_parts_of_a_campbell_diagram(results, drawn, tmp_path):
     np.testing.assert_allclose(shown, branches.parts["mode_truncation"].max(axis=0))
     assert strip.get_yscale() == "log" and "rpm" in strip.get_xlabel()
     assert any("1× rotor" in text.get_text() for text in axes.texts)
+
+
+def test_every_part_has_a_look_that_can_be_drawn(results, drawn, tmp_path):
+    branches, shown = results[0], [part for part in PARTS if part != "sampling"]  # of peaks alone
+    parts = {part: (k + 1) * 1e-3 + 0.0 * branches.total for k, part in enumerate(shown)}
+    draw_campbell_errors(dataclasses.replace(branches, parts=parts), tmp_path / "c.png", "Rotor")
+    lines = [line for line in drawn[0].axes[1].lines if line.get_marker() not in ("", "None")]
+    named = {line.get_label(): (line.get_color(), line.get_marker()) for line in lines}
+    looks = [named[name] for part in shown for name in named if name.startswith(part.split("_")[0])]
+    assert len(set(looks)) == len(looks) == len(shown)
 
 
 def test_absent_branches_and_bodies_without_estimate(results, drawn, tmp_path):

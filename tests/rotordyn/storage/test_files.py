@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import dataclasses
 import shutil
+from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
 
 from solidwhirl.rotordyn import (
+    Bearing,
+    End,
+    Rotor,
     Superelement,
     SuperelementError,
+    assemble,
     attach_rigid_disk,
+    modes_at_speed,
     read_superelement,
     rigid_superelement,
     write_superelement,
@@ -114,7 +120,7 @@ def sector(element):
             order=np.array([1, 1]),
             family=np.array([0, 1]),
             size=element.size,
-            copies=Copies(count=7, mirrored=True),
+            copies=Copies(count=7, mirrored=True, angle_rad=0.3),
         ),
     )
 
@@ -139,6 +145,11 @@ def test_round_trip_of_a_sector(sector, tmp_path):
         (lambda f: f.attrs.__delitem__("cyclic_sectors"), "one of 7 sectors"),
         (lambda f: f["sector_surface"].attrs.__setitem__("copies", 8), "one of 8 sectors"),
         (lambda f: f["sector_surface"].attrs.__setitem__("copies", "all"), "'copies' is 'all'"),
+        (lambda f: f["sector_surface"].attrs.__delitem__("angle"), "angle None; a number is"),
+        (
+            lambda f: f["sector_surface"].attrs.__setitem__("angle", np.nan),
+            "angle of copies is nan",
+        ),
         (lambda f: f["sector_surface"].attrs.__setitem__("kind", "solid"), "is of kind 'solid'"),
         (lambda f: f.__delitem__("sector_surface/amplitudes_imaginary"), "is missing"),
     ],
@@ -160,6 +171,29 @@ def test_files_of_1_3_have_no_sectors(element, written, copy):
         assert "cyclic_sectors" not in file.attrs
         file.attrs["format_version"] = "1.3.0"
     _assert_same(read_superelement(copy), element)
+
+
+def test_a_solid_that_the_program_of_1_3_wrote(tmp_path):
+    """A steel tube, 0.04 m long, of a mesh of the whole; Hz as its own run told."""
+    old = read_superelement(Path(__file__).parent / "solid_1_3.h5")
+    assert (old.level, old.harmonics, old.cyclic_sectors) == ("solid", (), None)
+    # of the mesh, whose curved faces are of second order
+    assert old.mass_kg == pytest.approx(7800 * np.pi * (0.03**2 - 0.01**2) * 0.04, rel=1e-4)
+    assert old.surface.kind == "solid"
+    assert old.surface.copies is None
+    springs = tuple(
+        Bearing(name=n, first=End(body="tube", interface=n), stiffness_n_per_m=1e8 * np.eye(2))
+        for n in ("a", "b")
+    )
+    system = assemble({"tube": Rotor(element=old, speed_ratio=1.0)}, springs)
+    for rpm, told in (
+        (0.0, [2534.4767094416943, 2534.476709441693, 2586.401326819753]),
+        (30000.0, [2278.6203925024042, 2534.4755103935527, 2534.4784815032112]),
+    ):
+        modes = modes_at_speed(system, rpm * np.pi / 30.0, 3)
+        np.testing.assert_allclose(modes.frequency_hz[:3], told, rtol=1e-9)
+    write_superelement(old, tmp_path / "new.h5")
+    _assert_same(read_superelement(tmp_path / "new.h5"), old)
 
 
 def test_writing_replaces_and_leaves_nothing_behind(hub, tmp_path):
