@@ -140,15 +140,18 @@ def test_plan_says_who_keeps_motions_that_nothing_acts_on():
     assert "but in casing" in why["torsion"]
 
 
+NODAL = {"kind": "nodal_diameters", "body": "drum", "to_rpm": 9000}
+STATE = {"name": "a", "mode": 1, "speed_rpm": 0}
+FIELDS = {"kind": "recovery", "bodies": ["drum"], "states": [STATE]}
+
+
 @pytest.mark.parametrize(
     ("analysis", "message"),
     [
-        ({"kind": "nodal_diameters", "body": "drum", "to_rpm": 9000},
-         r"analyses\[0\]\.body: .* counts 24, 31, 37, .* own"),
-        ({"kind": "recovery", "bodies": ["drum"], "states": [{"name": "a", "mode": 1, "speed_rpm": 0}]},
-         r"analyses\[0\]\.bodies\[0\]: .* counts 24, 31, 37, .* divisor"),
+        (NODAL, r"analyses\[0\]\.body: .* counts 24, 31, 37, .* own"),
+        (FIELDS, r"analyses\[0\]\.bodies\[0\]: .* counts 24, 31, 37, .* divisor"),
     ],
-)  # fmt: skip
+)
 def test_fields_of_stages_without_a_common_sector(scene_data, analysis, message):
     data = scene_data("drum_stages")
     data["analyses"] = [analysis]
