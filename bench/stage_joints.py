@@ -27,8 +27,8 @@ from mpi4py import MPI
 
 from solidwhirl.geometry import Blade, Body, Interface, Material, Section
 from solidwhirl.meshing import Mesh, MeshSize
+from solidwhirl.meshing.own.features.sector import mesh_sector
 from solidwhirl.meshing.own.joined import mesh_joined
-from solidwhirl.meshing.own.sector import mesh_sector
 from solidwhirl.meshing.records import Parts
 from solidwhirl.reduction import ReductionRequest, reduce_body
 from solidwhirl.rotordyn import Superelement
