@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 sys.path.append(str(Path(__file__).parents[1] / "rotordyn"))
+sys.path.append(str(Path(__file__).parent))
 from rotors import connect, polynomial_law, steel_shaft, turning
 
 from solidwhirl import rotordyn as rd
