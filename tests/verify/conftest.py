@@ -20,6 +20,20 @@ from solidwhirl import rotordyn as rd
 ROOT = Path(__file__).parents[2]
 
 
+@pytest.fixture
+def four_points(monkeypatch):
+    """Integrate all of an element at four points, as CalculiX does."""
+
+    import ufl
+
+    from solidwhirl.reduction.operators import forms
+
+    def measure(domain, kin, degree):
+        return ufl.Measure("dx", domain=domain, metadata={"quadrature_degree": 2})
+
+    monkeypatch.setattr(forms, "measure", measure)
+
+
 @pytest.fixture(scope="session")
 def run_ross(tmp_path_factory):
     """Function from cases to ROSS's values, one process in its environment per call."""

@@ -11,7 +11,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-import ufl
 from calculix import calculix_body, calculix_rows
 from shapes import STEEL, interface, section
 from shapes import body as body_of
@@ -21,7 +20,6 @@ from solidwhirl.geometry import Blade
 from solidwhirl.meshing import MeshSize
 from solidwhirl.meshing.own.sector import mesh_sector
 from solidwhirl.meshing.own.whole import cut_partners
-from solidwhirl.reduction.operators import forms
 
 pytestmark = [pytest.mark.verify, pytest.mark.solver]
 SECTORS, INDICES, MODES = 12, 7, 3
@@ -36,16 +34,6 @@ def disk():
     bore = interface("bore", "inner", -0.006, 0.006, coupling="rigid")
     own = body_of(section("disk", -0.006, 0.006, 0.03, 0.10), interfaces=(bore,))
     return dataclasses.replace(own, features=(blades,))
-
-
-@pytest.fixture
-def four_points(monkeypatch):
-    """Integrate all of an element at four points, as CalculiX does."""
-
-    def measure(domain, kin, degree):
-        return ufl.Measure("dx", domain=domain, metadata={"quadrature_degree": 2})
-
-    monkeypatch.setattr(forms, "measure", measure)
 
 
 def node_set(name, nodes):
