@@ -166,7 +166,8 @@ def ours_at(level: str) -> dict:
             **{k: done[k] for k in ("cpu_s", "cpu_all_s", "peak_gib")},
             "speed_rpm": campbell["speed_rpm"],
             "frequency_hz": [
-                sorted(column) for column in zip(*campbell["frequency_hz"], strict=True)
+                sorted(f for f in column if f is not None)  # a branch may begin at speed
+                for column in zip(*campbell["frequency_hz"], strict=True)
             ],
             "unknowns": body["full_dofs"],
             "free_hz": body["free_frequencies_hz"],
