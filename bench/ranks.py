@@ -1,4 +1,4 @@
-"""Solids on 1, 2 and 4 ranks: time of every stage and memory of every rank.
+"""Meshes of whole solids on 1, 2 and 4 ranks: time of every stage and memory of every rank.
 
     python bench/ranks.py             30 000, 100 000 and 300 000 unknowns, table in out/ranks
     python bench/ranks.py --small     30 000 and 100 000 unknowns
@@ -63,6 +63,7 @@ def measure(case: dict) -> dict | None:
     base = peak_gib()
     mesh = mesh_solid(body, size) if comm.rank == 0 else None
     meshed = peak_gib()
+    body = comm.bcast(scaling_case.whole_body(body, mesh) if mesh is not None else None)
     comm.barrier()
     reset_peak()
     request = ReductionRequest(

@@ -4,10 +4,12 @@
     python bench/scaling.py --small       small sizes, some minutes
     python bench/scaling.py --fit         also write solidwhirl/cost/coefficients.py
     python bench/scaling.py --reuse --fit no new measurements
-    python bench/scaling.py --only mesh   these again, the rest as it was (harmonic, solid, engine)
+    python bench/scaling.py --only mesh   these again, the rest as it was: harmonic, revolved,
+                                          solid, mesh, engine
 
-Every case runs in a process of its own, one after another; the shortest processor time of the
-repeats counts. Cases with two ranks run under mpirun and are shown, not fitted.
+With --fit the coefficients of what was not measured stay as they are. Every case runs in a process
+of its own, one after another; the shortest processor time of the repeats counts. Cases with two
+ranks run under mpirun and are shown, not fitted.
 """
 
 from __future__ import annotations
@@ -28,9 +30,14 @@ from solidwhirl.core.machine import available_memory_gib, machine_speed
 ROOT = Path(__file__).resolve().parents[1]
 OUT = ROOT / "out" / "scaling"
 CASE = Path(__file__).with_name("scaling_case.py")
-SMALL = {"harmonic": (5_000, 20_000, 60_000), "solid": (15_000, 40_000, 90_000, 200_000)}
+SMALL = {
+    "harmonic": (5_000, 20_000, 60_000),
+    "revolved": (5_000, 20_000, 60_000),
+    "solid": (15_000, 40_000, 90_000, 200_000),
+}
 FULL = {
     "harmonic": (3_000, 10_000, 30_000, 60_000, 100_000, 180_000, 300_000),
+    "revolved": (3_000, 10_000, 30_000, 60_000, 100_000, 180_000),
     "solid": (15_000, 30_000, 60_000, 120_000, 240_000, 500_000),
 }
 #: Cases larger than this run once.
@@ -56,15 +63,14 @@ def cases(sizes: dict[str, tuple[int, ...]]) -> list[dict]:
             }
         )
 
-    for degree in (2, 3, 4):
-        for unknowns in sizes["harmonic"]:
-            reduction("harmonic", degree, unknowns)
-        for unknowns in [n for n in sizes["harmonic"] if n <= 100_000]:
-            reduction("harmonic", degree, unknowns, estimates=("mode_truncation", "mesh"))
-        reduction("harmonic", degree, 20_000, modes=30, planes=12)
-        reduction(
-            "harmonic", degree, 20_000, modes=30, planes=12, estimates=("mode_truncation", "mesh")
-        )
+    both = ("mode_truncation", "mesh")
+    for level, degree in [("harmonic", d) for d in (2, 3, 4)] + [("revolved", d) for d in (2, 3)]:
+        for unknowns in sizes[level]:
+            reduction(level, degree, unknowns)
+        for unknowns in [n for n in sizes[level] if n <= 100_000]:
+            reduction(level, degree, unknowns, estimates=both)
+        for estimates in ((), both):
+            reduction(level, degree, 20_000, modes=30, planes=12, estimates=estimates)
     for unknowns in sizes["solid"]:
         reduction("solid", 2, unknowns)
     reduction("solid", 2, 30_000, modes=20, planes=8)
@@ -73,12 +79,11 @@ def cases(sizes: dict[str, tuple[int, ...]]) -> list[dict]:
     if sizes is FULL:
         for unknowns in sizes["solid"][2:]:
             reduction("solid", 2, unknowns, ranks=2)
-    for dimension, corners in ((2, (2e-3, 1e-4)), (3, (6e-3, 2e-3))):
+    flat = (2e-3, 1e-4)
+    for kind, corners in (("harmonic", flat), ("revolved", flat), ("solid", (6e-3, 2e-3))):
         for disks in (1, 3, 8):
             for corner in corners:
-                out.append(
-                    {"level": "mesh", "dimension": dimension, "disks": disks, "corner_m": corner}
-                )
+                out.append({"level": "mesh", "kind": kind, "disks": disks, "corner_m": corner})
     for kind in ("even", "uneven", "damped"):
         for stations in (6, 12, 20, 30)[: 3 if kind == "damped" else 4]:
             out.append({"level": "engine", "kind": kind, "stations": stations})
@@ -134,7 +139,7 @@ def plain(rows: list[dict]) -> list[dict]:
     return [
         r
         for r in rows
-        if r["level"] in ("harmonic", "solid")
+        if r["level"] in scaling_fit.LEVELS
         and not r["estimates"]
         and (r["modes"], r["planes"]) == (MODES, PLANES)
     ]
@@ -181,7 +186,7 @@ def table(rows: list[dict], machine: dict) -> str:
     lines = [f"Machine: {machine['name']}.", ""]
     lines += ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
     for r in rows:
-        if r["level"] in ("harmonic", "solid"):
+        if r["level"] in scaling_fit.LEVELS:
             cells = (r["level"], r["degree"], r["ranks"], r["made_unknowns"], r["columns"],
                      ", ".join(r["estimates"]), f"{r['meshing_s']:.3g}",
                      f"{value(r, 'reduction_s'):.3g}", f"{r['peak_gib']:.3g}")  # fmt: skip
@@ -224,12 +229,14 @@ def main() -> None:
     parser.add_argument("--small", action="store_true", help="small sizes only")
     parser.add_argument("--fit", action="store_true", help="write the coefficients")
     parser.add_argument("--reuse", action="store_true", help="take the last measurements")
-    parser.add_argument("--only", help="measure these again: harmonic, solid, mesh or engine")
+    parser.add_argument(
+        "--only", help="measure these again: harmonic, revolved, solid, mesh or engine"
+    )
     options = parser.parse_args()
     OUT.mkdir(parents=True, exist_ok=True)
     stored = OUT / "scaling.json"
     found = {"rows": []}
-    if options.reuse or options.only:
+    if options.reuse or (options.only and stored.exists()):
         found = json.loads(stored.read_text(encoding="utf-8"))
     rows, machine = found["rows"], found.get("machine") or this_machine()
     if not options.reuse:

@@ -106,6 +106,33 @@ def rotor(planes: int, disks: int = 1):
     return Body(name="rotor", sections=sections, interfaces=interfaces)
 
 
+def mesh_maker(level: str):
+    """Function: mesh of a body for a level; "revolved" is half a sector, "solid" the whole."""
+    from solidwhirl.meshing import mesh_meridian, mesh_revolved, mesh_solid
+
+    return {"harmonic": mesh_meridian, "revolved": mesh_revolved, "solid": mesh_solid}[level]
+
+
+def whole_body(body, mesh):
+    """The body as one that comes from a file with the mesh of all of it."""
+    from solidwhirl.meshing.imported.body import body_of_mesh
+    from solidwhirl.meshing.imported.records import MeshInterface, MeshRequest
+
+    request = MeshRequest(
+        path="",
+        digest="",
+        unit_m=1.0,
+        origin=(0.0, 0.0, 0.0),
+        direction=(0.0, 0.0, 1.0),
+        material=mesh.materials[0],
+        interfaces=tuple(
+            MeshInterface(name=i.name, coupling=i.coupling, group=i.name) for i in body.interfaces
+        ),
+        shape="round",
+    )
+    return body_of_mesh(body.name, request, mesh)
+
+
 def mesh_size(body, level: str, degree: int, unknowns: int):
     """Uniform element size whose predicted mesh has about so many unknowns."""
     from solidwhirl.meshing import MeshSize
@@ -117,7 +144,7 @@ def mesh_size(body, level: str, degree: int, unknowns: int):
     low, high = 1e-4, 0.05
     for _ in range(40):
         middle = float(np.sqrt(low * high))
-        made = predict_mesh(body, of(middle), 3 if level == "solid" else 2).unknowns(degree)
+        made = predict_mesh(body, of(middle), level).unknowns(degree)
         low, high = (middle, high) if made > unknowns else (low, middle)
     return of(high)
 
@@ -163,21 +190,18 @@ def measure(case: dict) -> dict:
 
     imported = time.process_time() - start
     base = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0**2
-    from solidwhirl.meshing import mesh_meridian, mesh_solid
-
     wrap(log)
     comm = MPI.COMM_WORLD
     level, degree = case["level"], case["degree"]
     body = rotor(case["planes"])
     size = mesh_size(body, level, degree, case["unknowns"])
     start = time.process_time()
-    mesh = None
-    if comm.rank == 0:
-        make = mesh_solid if level == "solid" else mesh_meridian
-        mesh = make(body, size)
+    mesh = mesh_maker(level)(body, size) if comm.rank == 0 else None
     meshing = time.process_time() - start
+    if level == "solid":
+        body = comm.bcast(whole_body(body, mesh) if mesh is not None else None)
     request = ReductionRequest(
-        level=level,
+        level="harmonic" if level == "harmonic" else "solid",
         orders=(1,),
         components=("ux", "uy"),
         degree=degree,
@@ -212,7 +236,7 @@ def measure(case: dict) -> dict:
 
 def measure_mesh(case: dict) -> dict:
     """A mesh alone, graded to the corners of some disks."""
-    from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_solid
+    from solidwhirl.meshing import MeshSize
     from solidwhirl.meshing.own.prediction import predict_mesh
 
     body = rotor(2, case["disks"])
@@ -223,11 +247,11 @@ def measure_mesh(case: dict) -> dict:
         through_thickness=1.2,
         around=12,
     )
-    dimension = case["dimension"]
+    make = mesh_maker(case["kind"])
     start = time.process_time()
-    mesh = (mesh_solid if dimension == 3 else mesh_meridian)(body, size)
+    mesh = make(body, size)
     spent = time.process_time() - start
-    predicted = predict_mesh(body, size, dimension)
+    predicted = predict_mesh(body, size, case["kind"])
     return {
         **case,
         "cells": len(mesh.cells),

@@ -6,11 +6,16 @@ an eigen-solution is one observation. Repeats of a case are merged by taking the
 
 from __future__ import annotations
 
+import json
 from collections import defaultdict
 from pathlib import Path
 
 import numpy as np
 from scipy.optimize import lsq_linear, nnls
+
+from solidwhirl.core.machine import MachineSpeed
+from solidwhirl.cost import coefficients as present
+from solidwhirl.cost.work import REFERENCE_MACHINE
 
 #: Unknowns and columns that the coefficients are given at.
 UNKNOWNS, COLUMNS = 1e5, 10.0
@@ -35,9 +40,11 @@ POWERS = {
 #: The same of the columns: no work per column to orthogonalisation of all.
 COLUMN_POWERS = (0.0, 2.0)
 #: Powers of memory that are tried: N log N in the plane, up to N^(4/3) and more in space.
-MEMORY_POWERS = {"harmonic": (1.0, 1.3), "solid": (1.1, 1.5)}
+MEMORY_POWERS = {"harmonic": (1.0, 1.3), "revolved": (1.0, 1.3), "solid": (1.1, 1.5)}
 #: Matrices of a lateral reduction with all effects on, as `solidwhirl.model.effects` counts them.
-MATRICES = {"harmonic": 6, "solid": 5}
+MATRICES = {"harmonic": 7, "revolved": 3, "solid": 5}
+#: Meshes of a body: its meridian, half a sector, the whole.
+LEVELS = tuple(MATRICES)
 #: Stages whose time is fitted against the columns, too.
 BY_COLUMNS = ("static_solutions", "eigensolutions", "projection", "estimate")
 #: Observations below this number of unknowns, or this time, are overhead.
@@ -68,7 +75,7 @@ def observations(rows: list[dict]) -> dict[str, list[tuple[float, float, float]]
     """(unknowns, columns, seconds) by "level.order.stage"."""
     found = defaultdict(list)
     for row in rows:
-        if row["level"] not in ("harmonic", "solid") or row["ranks"] > 1:
+        if row["level"] not in LEVELS or row["ranks"] > 1:
             continue
         made, level = row["made_unknowns"], row["level"]
         sums: dict[str, float] = defaultdict(float)
@@ -138,8 +145,8 @@ def relative_fit(design: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, fl
 def meshing(rows: list[dict]) -> dict[str, tuple[float, float, float]]:
     """Seconds per mesh, per cell, and per cell and graded place."""
     out = {}
-    for level, dimension in (("harmonic", 2), ("solid", 3)):
-        graded = [r for r in rows if r["level"] == "mesh" and r["dimension"] == dimension]
+    for level in LEVELS:
+        graded = [r for r in rows if r["level"] == "mesh" and r["kind"] == level]
         cells, places = (np.array([r[k] for r in graded]) for k in ("cells", "graded_places"))
         design = np.column_stack([np.ones(len(cells)), cells, cells * places])
         fit, _ = relative_fit(design, np.array([r["meshing_s"] for r in graded]))
@@ -151,7 +158,7 @@ def memory(rows: list[dict]) -> dict[str, tuple[float, float, float]]:
     """GiB at 1e5 unknowns beyond the program itself, its power, and copies of the columns."""
     groups = defaultdict(list)
     for row in rows:
-        if row["level"] in ("harmonic", "solid") and row["ranks"] == 1:
+        if row["level"] in LEVELS and row["ranks"] == 1:
             own = "estimate" if "mesh" in row["estimates"] else "reduction"
             groups[f"{row['level']}.{row['degree']}.{own}"].append(row)
     out = {}
@@ -185,17 +192,36 @@ def engines(rows: list[dict]) -> dict[str, tuple[float, float]]:
 
 
 def write_module(path: Path, rows: list[dict], machine: dict) -> None:
-    """Write the coefficients as the module that `solidwhirl.cost.work` reads."""
-    work = [r for r in rows if r["level"] in ("harmonic", "solid")]
-    base = float(np.median([r["base_gib"] for r in work]))
-    imported = float(np.median([r["import_s"] for r in work]))
-    largest = {
+    """Write the coefficients as the module that `solidwhirl.cost.work` reads.
+
+    What was not measured keeps its coefficients, and the machine that they are of; times of this
+    one are then converted to it.
+    """
+    kept = {*LEVELS, "mesh", "engine"} - {r["level"] for r in rows}
+    factor, name = 1.0, machine["name"]
+    if kept:
+        here = MachineSpeed(gflops=machine["gflops"], gbytes_per_s=machine["gbytes_per_s"])
+        factor, name = here.relative_to(REFERENCE_MACHINE), present.MACHINE
+        machine = {"gflops": present.GFLOPS, "gbytes_per_s": present.GBYTES_PER_S}
+    work = [r for r in rows if r["level"] in LEVELS]
+    base = present.BASE_GIB if kept else float(np.median([r["base_gib"] for r in work]))
+    imported = present.IMPORT_S if kept else float(np.median([r["import_s"] for r in work]))
+    largest = present.LARGEST | {
         level: max(r["made_unknowns"] for r in work if r["level"] == level)
-        for level in ("harmonic", "solid")
+        for level in LEVELS
+        if level not in kept
     }
 
-    def table(name: str, kind: str, values: dict[str, tuple[float, ...]]) -> str:
-        lines = [f"{name}: dict[str, {kind}] = {{"]
+    def with_kept(found: dict, before: dict) -> dict:
+        own = {k: v for k, v in before.items() if k.partition(".")[0] in kept}
+        return dict(sorted({**own, **found}.items()))
+
+    of_laws = {k: (factor * s, *powers) for k, (s, *powers) in laws(rows).items()}
+    of_meshes = present.MESHING if "mesh" in kept else meshing(rows)
+    of_engines = present.ENGINE if "engine" in kept else engines(rows)
+
+    def table(title: str, kind: str, values: dict[str, tuple[float, ...]]) -> str:
+        lines = [f"{title}: dict[str, {kind}] = {{"]
         for key, row in values.items():
             lines.append(f'    "{key}": ({", ".join(f"{v:.4g}" for v in row)}),')
         return "\n".join([*lines, "}"])
@@ -206,19 +232,19 @@ def write_module(path: Path, rows: list[dict], machine: dict) -> None:
 from __future__ import annotations
 
 #: Where they were measured, and the rates of one core there [1e9/s, 1e9 bytes/s].
-MACHINE = "{machine["name"]}"
+MACHINE = "{name}"
 GFLOPS, GBYTES_PER_S = {machine["gflops"]:.4g}, {machine["gbytes_per_s"]:.4g}
 #: Largest number of unknowns measured, by level; beyond it the laws are extrapolated.
-LARGEST = {{"harmonic": {largest["harmonic"]}, "solid": {largest["solid"]}}}
+LARGEST = {json.dumps(largest)}
 #: Seconds to import the solvers and memory of the program with them [GiB].
 IMPORT_S, BASE_GIB = {imported:.4g}, {base:.4g}
 #: "level.order.stage": seconds at 1e5 unknowns and 10 columns, powers of unknowns and columns.
-{table("LAWS", three, laws(rows))}
+{table("LAWS", three, with_kept(of_laws, present.LAWS))}
 #: Level: seconds per mesh, per cell, and per cell and graded place.
-{table("MESHING", three, meshing(rows))}
+{table("MESHING", three, of_meshes)}
 #: "level.order.what": GiB at 1e5 unknowns, its power, and copies of the columns of the basis.
-{table("MEMORY", three, memory(rows))}
+{table("MEMORY", three, with_kept(memory(rows), present.MEMORY))}
 #: Seconds a + c (n/100)³: a speed of the Campbell diagram, and all critical speeds.
-{table("ENGINE", two, engines(rows))}
+{table("ENGINE", two, of_engines)}
 '''
     path.write_text(text, encoding="utf-8")

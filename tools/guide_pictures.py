@@ -31,7 +31,10 @@ PAGES = {
             "rotating_campbell",
         ),
     ),
-    "blades": ("wheel", ("mesh_rotor", "mode_critical_1", "nodal_diameters")),
+    "blades": (
+        "wheel",
+        ("mesh_rotor", "mode_critical_1", "nodal_diameters", "nodal_diameters_interference"),
+    ),
 }
 #: Of these, pictures that a run does not draw by itself.
 FURTHER = {"blades": ("mesh_rotor", "mode_critical_1")}

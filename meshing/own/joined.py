@@ -13,10 +13,11 @@ import numpy as np
 
 from solidwhirl.geometry import Body, Feature, GeometryError, Interface, Subdivision, subdivide
 from solidwhirl.geometry.parts import PartLayout, faces_beside, layout_of
-from solidwhirl.meshing.own.meridian import mesh_meridian
+from solidwhirl.meshing.own.features.sector import mesh_sector
+from solidwhirl.meshing.own.meridian import compact, mesh_meridian
 from solidwhirl.meshing.own.revolved import revolved, sectors_of, unfolded
-from solidwhirl.meshing.own.sector import mesh_sector
 from solidwhirl.meshing.records import FloatArray, IntArray, Mesh, MeshSize, Parts
+from solidwhirl.rotordyn.core.arrays import BoolArray
 
 # Radial range of an interface on a cylinder, over its radius.
 _THIN = 1e-6
@@ -45,6 +46,41 @@ def mesh_joined(body: Body, size: MeshSize) -> Mesh:
             shifts += [shift] * pieces
     edges = [m.points[rows[:, :2]] for m in meridians for rows in _joints(m).values()]
     return _merged(meshes, tuple(shifts), np.concatenate(edges))
+
+
+def own_parts(mesh: Mesh) -> tuple[Mesh, ...]:
+    """Return every part of a joined mesh by itself, copies of the drum left out; else the mesh."""
+    if mesh.parts is None:
+        return (mesh,)
+    parts = mesh.parts
+    return tuple(
+        replace(_cells_of(mesh, parts.cell_part == k), sector=sector)
+        for k, (sector, shift) in enumerate(zip(parts.sectors, parts.shifts, strict=True))
+        if not shift
+    )
+
+
+def without_copies(mesh: Mesh) -> Mesh:
+    """Return a mesh without the copies of its drum, which lie where the drum does."""
+    if mesh.parts is None:
+        return mesh
+    is_own = np.array([not shift for shift in mesh.parts.shifts])
+    return _cells_of(mesh, is_own[mesh.parts.cell_part])
+
+
+def _cells_of(mesh: Mesh, chosen: BoolArray) -> Mesh:
+    """Some cells of a mesh, which is no joined one any more."""
+    cells, points, used = compact(mesh.points, mesh.cells[chosen])
+    return replace(
+        mesh,
+        points=points,
+        cells=cells,
+        cell_section=mesh.cell_section[chosen],
+        cell_material=mesh.cell_material[chosen],
+        interfaces={n: used[f[(used[f] >= 0).all(axis=1)]] for n, f in mesh.interfaces.items()},
+        outline=used[mesh.outline[used[mesh.outline] >= 0]],
+        parts=None,
+    )
 
 
 def _joints(mesh: Mesh) -> dict[str, IntArray]:

@@ -22,9 +22,9 @@ from solidwhirl.meshing.records import FloatArray, IntArray, LocalSize, MeshSize
 
 # Equilateral triangle and regular tetrahedron of edge 1.
 _TRIANGLE, _TETRAHEDRON = np.sqrt(3.0) / 4.0, np.sqrt(2.0) / 12.0
-#: All the following was measured on gmsh's meshes. Tetrahedra for each regular one, and what every
+# All the following was measured on gmsh's meshes. Tetrahedra for each regular one, and what every
 # triangle on the skins of the four quarters adds.
-TETRAHEDRA, _BY_SKIN = 0.65, 1.1
+_TETRAHEDRA, _BY_SKIN = 0.65, 1.1
 # Where the size grows by g per length, edges are shorter than asked for by 1 + 0.7 g.
 _STEEPER = 0.7
 # Triangles for every edge of a strip's outline: gmsh puts a row of vertices into its middle.
@@ -152,7 +152,7 @@ def _refined_sector(local: LocalSize) -> PredictedMesh:
     size = np.abs(local.points).max()
     cut = outer[(np.abs(local.points[outer, 1]) < _IN_PLANE * size).all(axis=1)]
     surface, across = (_triangles(local, rows) for rows in (outer, cut))
-    cells = TETRAHEDRA * regular + _BY_SKIN * surface
+    cells = _TETRAHEDRA * regular + _BY_SKIN * surface
     vertices = max(_PER_TETRAHEDRON * cells + _PER_SURFACE * surface, 4.0)
     return PredictedMesh(
         dimension=3,
@@ -247,7 +247,7 @@ def _solid(
         )
     swept = _along_curves(subdivision, places, growth, bounds, around)
     # every quarter has two cut faces
-    cells = TETRAHEDRA * regular + _BY_SKIN * (swept.sum() + 8.0 * meridian.cells)
+    cells = _TETRAHEDRA * regular + _BY_SKIN * (swept.sum() + 8.0 * meridian.cells)
     surface = sum(swept[c] for c in subdivision.boundary)
     vertices = max(_PER_TETRAHEDRON * cells + _PER_SURFACE * surface, 4.0)
     return PredictedMesh(

@@ -9,7 +9,6 @@ import numpy as np
 from solidwhirl.geometry import Body, merge_fillets, subdivide
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.own.drawing import graded_places
-from solidwhirl.meshing.own.prediction import TETRAHEDRA
 from solidwhirl.meshing.own.quality import doubled_areas
 from solidwhirl.meshing.records import FloatArray, IntArray, LocalSize, MeshSize
 from solidwhirl.rotordyn.core.arrays import BoolArray
@@ -92,8 +91,7 @@ def refined_sector(
     at_edge = singular[cells].any(axis=1)
     corners = points[cells]
     volume = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 6.0
-    # what was asked of the mesh where the elements are so large
-    edge = np.cbrt(TETRAHEDRA * 6.0 * np.sqrt(2.0) * volume)
+    edge = np.cbrt(6.0 * np.sqrt(2.0) * volume)  # of the regular tetrahedron
     rate = np.where(at_edge, CORNER_RATE, 2.0 * degree)
     power = np.where(at_edge, 1.0, 3.0)
     price = np.where(at_edge, _EDGE_PRICE, 1.0)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,9 +16,10 @@ import numpy as np
 from solidwhirl.meshing import Mesh
 from solidwhirl.meshing.imported.records import AnyBody
 from solidwhirl.reduction.basis.craig_bampton import Basis, reduction_basis
+from solidwhirl.reduction.body.blade_roots import blade_roots, meshed_blades
 from solidwhirl.reduction.body.reduced_order import with_spin_answers
 from solidwhirl.reduction.body.request import ReductionRequest, order_operators
-from solidwhirl.reduction.body.surfaces import nodal_amplitudes, surface_mesh
+from solidwhirl.reduction.body.surfaces import SurfaceMesh, nodal_amplitudes, surface_mesh
 from solidwhirl.reduction.errors import ReductionError
 from solidwhirl.reduction.operators.kinematics import COMPONENTS
 from solidwhirl.reduction.operators.matrices import BodyOperators
@@ -25,6 +27,7 @@ from solidwhirl.reduction.residuals import residual_energy as residuals
 from solidwhirl.reduction.solvers.vectors import Combination, project
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray, Matrix
 from solidwhirl.rotordyn.nodal_diameters import (
+    BladeRoot,
     CyclicBody,
     CyclicMatrices,
     OmittedEnergy,
@@ -33,6 +36,8 @@ from solidwhirl.rotordyn.nodal_diameters import (
 
 # Relative error of a frequency from which on answers to the loads of the spin are in the basis.
 _SPIN = 1e-6
+# Mirror image in the plane y = 0.
+_MIRROR = np.array([1.0, -1.0, 1.0])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,12 +61,15 @@ class CyclicRequest:
 class CyclicShapes:
     """Fields of all indices on the outer surface of what was meshed."""
 
-    #: (p, 2) z, r of a meridian or (p, 3) x, y, z of a sector
+    #: (p, 2) z, r of a meridian or (p, 3) x, y, z of a whole sector
     points_m: FloatArray
     #: (c, 2) edges or (c, 3) triangles
     cells: IntArray
-    #: By index (p, 3, n): Φ of every coordinate along r, θ, z (to be times e^{ihθ}) or x, y, z
+    #: By index (p, 3, n): Φ of every coordinate along r, θ, z (to be times e^{ihθ}) or x, y, z (of
+    #: the copy k, turned by kα, to be times e^{ihkα})
     amplitudes: tuple[Matrix, ...]
+    #: By index, those of the blades of a sector that a scene describes
+    roots: tuple[tuple[BladeRoot, ...], ...]
 
 
 def reduce_indices(
@@ -73,9 +81,10 @@ def reduce_indices(
     holds an index that can move as a rigid body; see `reduction_basis`.
     """
     clamped = _clamped(body, request.held)
-    outline = surface_mesh(mesh)
+    outline, blades = surface_mesh(mesh), meshed_blades(body, mesh)
     indices: list[CyclicMatrices] = []
     amplitudes: list[Matrix] = []
+    roots: list[tuple[BladeRoot, ...]] = []
     for index in request.indices:
         operators = order_operators(clamped, mesh, comm, _order_request(request, index), index)
         try:
@@ -88,13 +97,30 @@ def reduce_indices(
             omitted = _omitted(operators, basis, clamped, request)
             indices.append(_matrices(operators, basis, index, omitted))
             amplitudes.append(_fields(operators, basis, outline.points_m))
+            at_nodes = partial(_interior_fields, operators, basis)
+            roots.append(blade_roots(blades, mesh, operators, _interior(basis), at_nodes))
             basis.factor.destroy()
         finally:
             operators.release()
     sectors = None if mesh.dimension == 2 else _sectors(mesh)
     return (
         CyclicBody(name=body.name, sectors=sectors, indices=tuple(indices)),
-        CyclicShapes(points_m=outline.points_m, cells=outline.cells, amplitudes=tuple(amplitudes)),
+        _shapes(mesh, outline, amplitudes, roots),
+    )
+
+
+def _shapes(
+    mesh: Mesh,
+    outline: SurfaceMesh,
+    amplitudes: Sequence[Matrix],
+    roots: Sequence[tuple[BladeRoot, ...]],
+) -> CyclicShapes:
+    points, cells = outline.points_m, outline.cells
+    if mesh.sector is not None and mesh.sector.mirrored:
+        cells = np.concatenate([cells, cells[:, ::-1] + len(points)])
+        points = np.concatenate([points, points * _MIRROR])
+    return CyclicShapes(
+        points_m=points, cells=cells, amplitudes=tuple(amplitudes), roots=tuple(roots)
     )
 
 
@@ -192,9 +218,24 @@ def _omitted(
     )
 
 
+def _interior_fields(operators: BodyOperators, basis: Basis, places: FloatArray) -> Matrix:
+    return nodal_amplitudes(operators, basis, places)[:, :, basis.interface_count :]
+
+
 def _fields(operators: BodyOperators, basis: Basis, places: FloatArray) -> Matrix:
-    """Φ at places; on the meridian of Φ = (a, -ib, c) e^{inθ}, and (a, b, c) for n = 0."""
-    found = nodal_amplitudes(operators, basis, places)[:, :, basis.interface_count :]
-    if operators.level == "harmonic" and operators.families == 2:
-        found = found * np.array([1.0, -1.0j, 1.0])[:, None]
-    return np.asarray(found)
+    """Φ at places; on the meridian of Φ = (a, -ib, c) e^{inθ}, and (a, b, c) for n = 0.
+
+    Of half a sector those of the mirror images follow.
+    """
+    found = _interior_fields(operators, basis, places)
+    if operators.level == "harmonic":
+        turn = np.array([1.0, -1.0j, 1.0]) if operators.families == 2 else np.ones(3)
+        return np.asarray(found * turn[:, None])
+    cyclic = operators.ingredients.kinematics.cyclic
+    if cyclic is None or not (cyclic.sector.mirrored or cyclic.is_real):
+        return found
+    if not cyclic.sector.mirrored:
+        return np.asarray(found.real)
+    image = np.conj(found) * _MIRROR[:, None]
+    whole = np.concatenate([found, image])
+    return np.asarray(whole.real + whole.imag if cyclic.is_real else whole)

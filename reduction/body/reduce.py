@@ -51,13 +51,14 @@ def reduce_body(
     `reduction_basis` and `couple`; or the interfaces' motions depend on each other.
     """
     points = comm.bcast(_recovery_points(body, mesh) if comm.rank == 0 else None, root=0)
-    outline = comm.bcast(surfaces.surface_mesh(mesh) if mesh is not None else None, root=0)
+    outlines = comm.bcast(surfaces.surface_meshes(mesh) if mesh is not None else None, root=0)
+    shown = (points, np.concatenate([outline.points_m for outline in outlines]))
     orders: list[SolvedOrder] = []
     for order in solved_orders(body, request):
         start = time.perf_counter()
         operators = order_operators(body, mesh, comm, request, order)
         assembling = time.perf_counter() - start
-        found = _solved(operators, body, request, (points, outline), orders)
+        found = _solved(operators, body, request, shown, orders)
         orders.append(replace(found, seconds={"operators": assembling, **found.seconds}))
         operators.release()
     properties = _properties(body, orders[-1].rigid_mass)
@@ -66,8 +67,9 @@ def reduce_body(
         body, orders, request, properties, points, provenance
     )
     amplitudes = [order.surface for order in orders]
-    surface = surfaces.joined_surface(body, outline, element.harmonics, blocks, amplitudes)
-    count = None if outline.copies is None else outline.copies.count
+    surface = surfaces.joined_surface(body, outlines, element.harmonics, blocks, amplitudes)
+    copies = surface.copies
+    count = None if copies is None else copies.count
     element = replace(element, surface=surface, cyclic_sectors=count)
     _refuse_dependent_interfaces(element, request)
     element = _with_rigid_disks(element, body, request)
@@ -98,15 +100,15 @@ def _solved(
     operators: BodyOperators,
     body: AnyBody,
     request: ReductionRequest,
-    shown: tuple[FloatArray, surfaces.SurfaceMesh],
+    shown: tuple[FloatArray, FloatArray],
     earlier: Sequence[SolvedOrder],
 ) -> SolvedOrder:
-    """Reduce one order; `shown` are the recovery points and the surface."""
-    points, outline = shown
+    """Reduce one order; `shown` are the recovery points and those of the surface."""
+    points, on_surface = shown
     start = time.perf_counter()
     basis, block = reduce_order(operators, request, points)
     error = orthogonality_error(operators, basis)
-    surface = surfaces.nodal_amplitudes(operators, basis, outline.points_m)
+    surface = surfaces.nodal_amplitudes(operators, basis, on_surface)
     reduced = time.perf_counter()
     omitted, finer, did = _omitted(operators, basis, body, request)
     estimated = time.perf_counter()

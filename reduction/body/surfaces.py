@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any
 
@@ -13,6 +13,7 @@ from scipy.spatial import cKDTree
 
 from solidwhirl.meshing import Mesh, Sector
 from solidwhirl.meshing.imported.records import AnyBody
+from solidwhirl.meshing.own.joined import own_parts
 from solidwhirl.reduction.basis.craig_bampton import Basis
 from solidwhirl.reduction.basis.reduced_block import ReducedBlock, joined_rows
 from solidwhirl.reduction.errors import ReductionError
@@ -34,13 +35,15 @@ class SurfaceMesh:
     copies: Copies | None = None  #: Of a sector, which has no facets on its cut faces
 
 
+def surface_meshes(mesh: Mesh) -> tuple[SurfaceMesh, ...]:
+    """Return the boundary of a mesh, or of every part of one whose sectors differ."""
+    return tuple(surface_mesh(part) for part in own_parts(mesh))
+
+
 def surface_mesh(mesh: Mesh) -> SurfaceMesh:
     """Return the boundary of a mesh, facets of elements that have no neighbour there."""
     d = mesh.dimension
-    shown = mesh.cells
-    if mesh.parts is not None:  # copies of one sector: the drum alone, in one piece each time
-        shown = shown[np.array([s == 0 for s in mesh.parts.shifts])[mesh.parts.cell_part]]
-    corners = shown[:, : d + 1]
+    corners = mesh.cells[:, : d + 1]
     facets = _facets(mesh.points, corners)
     key = np.sort(facets, axis=1)
     _, first, count = np.unique(key, axis=0, return_index=True, return_counts=True)
@@ -98,12 +101,16 @@ def _facets(points: FloatArray, corners: IntArray) -> IntArray:
 
 def joined_surface(
     body: AnyBody,
-    outline: SurfaceMesh,
+    outlines: Sequence[SurfaceMesh],
     harmonics: tuple[int, ...],
     blocks: Sequence[ReducedBlock],
     amplitudes: Sequence[Matrix],
 ) -> Surface:
-    """Join the surfaces of all orders in the coordinates of the superelement."""
+    """Join the surfaces of all orders in the coordinates of the superelement.
+
+    `amplitudes`: by order, of the points of all outlines. Parts whose sectors differ become the
+    surface of the whole.
+    """
     rows = joined_rows(body, blocks)
     moved, order_of, family_of = [], [], []
     for k, (block, values) in enumerate(zip(blocks, amplitudes, strict=True)):
@@ -113,15 +120,36 @@ def joined_surface(
             moved.append(values[:, :, own % columns] * block.signs[own])
         order_of.append(np.full(count, harmonics[k] if harmonics else 0))
         family_of.append(own // max(columns, 1))
-    return Surface(
-        points_m=outline.points_m,
-        cells=outline.cells,
-        amplitudes=np.concatenate(moved, axis=2),
-        coordinate=np.concatenate(rows),
-        order=np.concatenate(order_of),
-        family=np.concatenate(family_of),
-        size=sum(len(own) for own in rows),
-        copies=outline.copies,
+    every = np.concatenate(moved, axis=2)
+    ends = np.cumsum([len(outline.points_m) for outline in outlines])
+    found = [
+        Surface(
+            points_m=outline.points_m,
+            cells=outline.cells,
+            amplitudes=own,
+            coordinate=np.concatenate(rows),
+            order=np.concatenate(order_of),
+            family=np.concatenate(family_of),
+            size=sum(len(own) for own in rows),
+            copies=outline.copies,
+        )
+        for outline, own in zip(outlines, np.split(every, ends[:-1]), strict=True)
+    ]
+    return found[0] if len(found) == 1 else _one_solid(found)
+
+
+def _one_solid(parts: Sequence[Surface]) -> Surface:
+    """Join sectors of one solid, each with all its copies."""
+    wholes = []
+    for part in parts:
+        faces = part.faces(0)
+        wholes.append(part.as_solid(np.arange(len(faces.points_m)), faces.triangles))
+    starts = np.cumsum([0, *(len(whole.points_m) for whole in wholes[:-1])])
+    return replace(
+        wholes[0],
+        points_m=np.concatenate([whole.points_m for whole in wholes]),
+        cells=np.concatenate([w.cells + start for w, start in zip(wholes, starts, strict=True)]),
+        amplitudes=np.concatenate([whole.amplitudes for whole in wholes]),
     )
 
 

@@ -97,7 +97,7 @@ class BodyOperators:
     @property
     def comm(self) -> Any:
         """mpi4py communicator."""
-        return self.mass.comm.tompi4py()
+        return self.space.mesh.comm
 
     def release(self) -> None:
         """Free the matrices, which Python alone would not, on all ranks; then they are gone."""

@@ -48,29 +48,6 @@ class Preconditioner(Protocol):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Diagonal:
-    """Jacobi's preconditioner: the inverse of the diagonal.
-
-    It makes short work of errors that are orthogonal to a coarser space, and of no others.
-    """
-
-    values: FloatArray  #: (local,) the diagonal
-    comm: Any
-
-    @property
-    def memory_bytes(self) -> int:
-        """Memory on all ranks."""
-        return int(self.comm.allreduce(self.values.nbytes))
-
-    def cycle(self, load: Matrix) -> Matrix:
-        """Approximate solution for a block of loads (local, k)."""
-        return np.asarray(load / self.values[:, None])
-
-    def destroy(self) -> None:
-        """Nothing is another's."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
 class ConstrainedIteration:
     """Solves A u + Bᵀ λ = force, B u = values by conjugate gradients.
 

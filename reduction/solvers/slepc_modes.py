@@ -35,10 +35,10 @@ def slepc_pairs(
 ) -> tuple[FloatArray, FloatArray]:
     """Eigenpairs of A u = λ M u nearest to a shift under B u = 0.
 
-    As `constrained.eigenpairs`, vector by vector: the better choice where a
-    solution costs as little as on the meridian. SLEPc is given ``A - shift M``, already factorised,
-    as its matrix and zero as its shift, so that nothing is factorised twice; what it clears at its
-    end is a solver around the factor.
+    As `constrained.eigenpairs`, vector by vector: as good a choice where unknowns are real and
+    modes single, as on a meridian and on half a sector. SLEPc is given ``A - shift M``, already
+    factorised, as its matrix and zero as its shift, so that nothing is factorised twice; what it
+    clears at its end is a solver around the factor.
 
     Returns eigenvalues (m,), vectors (local N, m): rising, m >= count unless the space has fewer;
     M-orthonormal to round-off. Raises ReductionError if fewer pairs than asked converged.

@@ -32,25 +32,40 @@ from solidwhirl.rotordyn.nodal_diameters.mistuning import (
 )
 from solidwhirl.rotordyn.nodal_diameters.modes import (
     HZ_PER_RAD_S,
+    Direction,
     Family,
     NodalDiameterModes,
+    directions_of,
     fixed_frame_hz,
     index_spectrum,
     nodal_diameter_modes,
+)
+from solidwhirl.rotordyn.nodal_diameters.root_stress import (
+    BladeRoot,
+    RootSection,
+    RootStress,
+    cycle_peak,
+    root_stress,
 )
 
 __all__ = [
     "HZ_PER_RAD_S",
     "AmplificationStatistics",
+    "BladeRoot",
     "Crossing",
     "CyclicBody",
     "CyclicMatrices",
+    "Direction",
     "Family",
     "MistunedModes",
     "NodalDiameterModes",
     "OmittedEnergy",
+    "RootSection",
+    "RootStress",
     "Veering",
     "amplification_statistics",
+    "cycle_peak",
+    "directions_of",
     "engine_order_crossings",
     "excited_index",
     "fixed_frame_hz",
@@ -60,6 +75,7 @@ __all__ = [
     "mistuned_modes",
     "nodal_diameter_modes",
     "random_deviations",
+    "root_stress",
     "rotating_matrices",
     "tuned_frequencies",
     "veerings",

@@ -23,6 +23,8 @@ _NAMES = {
     "forward": "forward",
     "standing": "standing (forward and backward in one)",
 }
+# Engine orders in an interference diagram that are told by name.
+_LABELS = 40
 _NEAR = charts.Look("@bad", "", "circle-open", 15, 2.5)
 
 
@@ -126,6 +128,7 @@ def _campbell_marks(
 
 
 def _branches(rpm: FloatArray, families: Sequence[FamilyCurves]) -> list[charts.Mark]:
+    """All branches, those of one direction together, which have one entry in the legend."""
     return [
         charts.Curve(
             x=rpm,
@@ -134,7 +137,7 @@ def _branches(rpm: FloatArray, families: Sequence[FamilyCurves]) -> list[charts.
             look=replace(_LOOKS[family.direction], size=4.0, width=1.5),
             texts=[_point_text(family, mode, e) for e in family.error[:, mode].tolist()],
         )
-        for family in families
+        for family in sorted(families, key=lambda f: [*_NAMES].index(f.direction))
         for mode in range(family.frequency_hz.shape[1])
         if np.isfinite(family.frequency_hz[:, mode]).any()
     ]
@@ -161,28 +164,28 @@ def _order_line(order: int, view: BladeCampbell, top: float) -> list[charts.Mark
     ]
 
 
-def fixed_frame_chart(view: BladeCampbell) -> charts.Chart:
-    """Return what a probe that stands still sees of the waves with h diameters: |ω ∓ hΩ|."""
-    hertz = view.rpm * view.speed_ratio / 60.0
-    seen = []
-    for f in view.families:
-        for direction in ("backward", "forward") if f.direction == "standing" else (f.direction,):
-            shift = f.index * (hertz if direction == "forward" else -hertz)[:, None]
-            moved = np.abs(f.frequency_hz + shift)
-            name = f.direction if f.index == 0 else direction
-            seen.append(replace(f, frequency_hz=moved, direction=name))
+def fixed_frame_chart(view: BladeCampbell, sectors: int | None) -> charts.Chart:
+    """Return what a probe at rest sees of the waves with h diameters, |ω ∓ hΩ|, and of h ± N.
+
+    `sectors`: N; None of a body of revolution, which has no waves but h.
+    """
+    seen = _as_seen(view, 0)
     top = _ROOM * max((float(np.nanmax(f.frequency_hz, initial=0.0)) for f in seen), default=1.0)
     by_index = {k: [*g] for k, g in groupby(seen, lambda f: f.index)}
     options = [charts.Option(label="all", marks=_branches(view.rpm, seen))]
-    options += [
-        charts.Option(label=str(k), marks=_branches(view.rpm, g)) for k, g in by_index.items()
-    ]
+    for index, own in by_index.items():
+        marks = _branches(view.rpm, own)
+        for shift in (-sectors, sectors) if sectors else ():
+            more = [f for f in _as_seen(view, shift) if f.index == index]
+            marks += _further_waves(view.rpm, more, index + shift)
+        options.append(charts.Option(label=str(index), marks=marks))
     return charts.Chart(
         name="blade-campbell-fixed",
         title="Nodal-diameter modes as a probe at rest sees them",
         caption="The part of each mode with as many waves around as it has nodal diameters. Of N "
-        "sectors a mode has parts with h + kN waves too, with smaller amplitudes as a rule. Where "
-        "a backward wave comes down to zero it stands still, and a steady load meets it.",
+        "sectors a mode has parts with h + kN waves too, with smaller amplitudes as a rule: thin "
+        "lines for one nodal diameter are those of h - N and h + N waves. Where a backward wave "
+        "comes down to zero it stands still, and a steady load meets it.",
         alt="Frequencies of the nodal diameters in the fixed frame over the speed.",
         x=charts.speed_axis(float(view.rpm[0]), float(view.rpm[-1])),
         y=charts.Axis(label="frequency at rest", unit="Hz", low=0.0, high=top, digits=".6g"),
@@ -192,6 +195,36 @@ def fixed_frame_chart(view: BladeCampbell) -> charts.Chart:
         ],
         height_px=480,
     )
+
+
+def _as_seen(view: BladeCampbell, more: int) -> list[FamilyCurves]:
+    """Families as their waves h + more are seen at rest; a standing one has both directions."""
+    hertz = view.rpm * view.speed_ratio / 60.0
+    seen = []
+    for f in view.families:
+        for direction in ("backward", "forward") if f.direction == "standing" else (f.direction,):
+            shift = (f.index + more) * (hertz if direction == "forward" else -hertz)[:, None]
+            name = f.direction if f.index + more == 0 else direction
+            seen.append(replace(f, frequency_hz=np.abs(f.frequency_hz + shift), direction=name))
+    return seen
+
+
+def _further_waves(
+    rpm: FloatArray, families: Sequence[FamilyCurves], waves: int
+) -> list[charts.Mark]:
+    """Thin lines of the parts of modes with other numbers of waves."""
+    look = charts.Look("@ink/0.5", "dot", width=1.0)
+    return [
+        charts.Curve(
+            x=rpm,
+            y=family.frequency_hz[:, mode],
+            look=look,
+            texts=[f"{abs(waves)} waves around, of {family.direction} mode {mode + 1}"] * len(rpm),
+        )
+        for family in families
+        for mode in range(family.frequency_hz.shape[1])
+        if np.isfinite(family.frequency_hz[:, mode]).any()
+    ]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -216,10 +249,14 @@ def interference_chart(view: Interference) -> charts.Chart:
         (float(np.nanmax(f, initial=0.0)) for f in view.frequency_hz.values()), default=1.0
     )
     top, line = _ROOM * highest, view.zigzag
-    looks = {d: replace(_LOOKS[d], dash="", size=8.0) for d in _LOOKS}
+    sizes = {"backward": 12.0}  # open, around the others of nearly the same frequency
+    looks = {d: replace(_LOOKS[d], dash="", size=sizes.get(d, 8.0)) for d in _LOOKS}
     parts.append(
         charts.Curve(
-            x=line[:, 0], y=line[:, 1], name="engine orders", look=charts.Look("@ink", width=1.0)
+            x=line[:, 0],
+            y=line[:, 1],
+            name="line of engine orders",
+            look=charts.Look("@ink", width=1.0),
         )
     )
     shown = [e for e in view.engine_orders if e[2] <= top]
@@ -228,11 +265,16 @@ def interference_chart(view: Interference) -> charts.Chart:
             charts.Curve(
                 x=np.array([float(index) for _, index, _ in shown]),
                 y=np.array([hertz for *_, hertz in shown]),
-                name="engine orders",
+                name="engine orders that are looked at",
                 look=charts.Look("@ink", "", "x", 7.0),
                 texts=[f"engine order {order}" for order, *_ in shown],
             )
         )
+        if len(shown) <= _LABELS:
+            parts += [
+                charts.Label(x=index - 0.06, y=hertz, text=f"EO {order}", side="left")
+                for order, index, hertz in shown
+            ]
     x = np.array(view.index, dtype=float)
     for direction, hertz in view.frequency_hz.items():
         for mode in range(hertz.shape[1]):
@@ -278,7 +320,7 @@ def amplification_chart(
             look=charts.Look("@c3", "", "diamond", 9.0),
             texts=[f"{name} of the patterns stay below {q:.3f}" for name, q in quantiles.items()],
         ),
-        charts.Rule(at=bound, name="(1 + √N) / 2", text="bound of Whitehead"),
+        charts.Rule(at=bound, name="(1 + √N) / 2", text="bound"),
     ]
     return charts.Chart(
         name="amplification",

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
 from solidwhirl.rotordyn.plots.chart import Chart
 
 #: Signs of the directions of whirl, so that colour alone tells nothing.
@@ -42,8 +42,42 @@ class Table:
     folded: str = ""
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TurningMode:
+    """A mode in the frame that turns with its body."""
+
+    label: str
+    hertz: float
+    #: "backward", "forward", or "planar" of a standing one
+    whirl: str
+    #: Waves n around the circumference: points move by Re[A e^{inθ} e^{iφ}] at the phase φ
+    order: int
+    #: A, (p, 3), along r, θ, z of a meridian, along x, y, z of a sector (whose copy k turns with
+    #: it, and has the angle 2πk/N for θ)
+    displacement: ComplexArray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TurningModes:
+    """Modes of one body that are shown in space, turning."""
+
+    #: As of a chart: identifier, title, what is to be seen, and the same for those who can't
+    name: str
+    title: str
+    caption: str
+    alt: str
+    body: str
+    #: (p, 2) z, r of a meridian or (p, 3) x, y, z of a sector, and edges or triangles of it
+    points_m: FloatArray
+    cells: IntArray
+    #: Sectors; None of a meridian
+    copies: int | None
+    #: What is chosen first, and the modes behind it
+    states: Sequence[tuple[str, Sequence[TurningMode]]]
+
+
 #: What an analysis tells its results with.
-AnalysisBlock = Text | Table | Chart
+AnalysisBlock = Text | Table | Chart | TurningModes
 
 
 def numbers(values: Any) -> FloatArray:

@@ -27,6 +27,8 @@ from solidwhirl.rotordyn.superelement.validation import MOTIONS
 _CORNER, _STEPS = 0.12, 60
 # Points of the surface of a whole solid.
 MOST_POINTS = 2500
+# Components of a direction that tell two sides of a surface apart.
+_COUNTS = 0.35
 # Half the thickness of a rigid disk over its radius, as no scene tells it.
 _FLAT = 0.06
 
@@ -89,20 +91,115 @@ def thinned(surface: Surface, spacing_m: float) -> Surface:
     """
     if surface.kind != "meridian":
         return _clustered(surface)
-    chains = outline_chains(surface.cells)
-    kept: list[IntArray] = [
-        chain[_kept_of_chain(surface.points_m[chain], spacing_m)] for chain in chains
-    ]
-    points = np.unique(np.concatenate(kept)) if kept else np.empty(0, dtype=np.int64)
-    new = np.full(len(surface.points_m), -1)
-    new[points] = np.arange(points.size)
-    cells = [np.column_stack([new[k[:-1]], new[k[1:]]]) for k in kept if k.size > 1]
+    points, cells = kept_of_outline(surface.points_m, surface.cells, spacing_m)
     return replace(
         surface,
         points_m=surface.points_m[points],
-        cells=np.concatenate(cells) if cells else np.empty((0, 2), dtype=np.int64),
+        cells=cells,
         amplitudes=surface.amplitudes[points],
     )
+
+
+def kept_of_outline(
+    points_m: FloatArray, cells: IntArray, spacing_m: float
+) -> tuple[IntArray, IntArray]:
+    """Return which points of a meridian's outline are kept, and the edges between those."""
+    kept: list[IntArray] = [
+        chain[_kept_of_chain(points_m[chain], spacing_m)] for chain in outline_chains(cells)
+    ]
+    points = np.unique(np.concatenate(kept)) if kept else np.empty(0, dtype=np.int64)
+    new = np.full(len(points_m), -1)
+    new[points] = np.arange(points.size)
+    edges = [np.column_stack([new[k[:-1]], new[k[1:]]]) for k in kept if k.size > 1]
+    return points, np.concatenate(edges) if edges else np.empty((0, 2), dtype=np.int64)
+
+
+def kept_of_sector(points_m: FloatArray, cells: IntArray, most: int) -> tuple[IntArray, IntArray]:
+    """Return which points of a sector's surface are kept, and the triangles between those.
+
+    There is one point for each small box that has some and each direction that the surface there
+    looks to, as both sides of a thin blade are in one box: the point at the sharpest edge. On the
+    cut faces boxes are of r and z, so that both faces keep the same points and copies of the sector
+    have no gaps between them. `most`: points at most.
+    """
+    low, size = points_m.min(axis=0), float(np.ptp(points_m, axis=0).max())
+    # rounded, as both faces are equal up to that
+    flat = np.column_stack([np.hypot(points_m[:, 0], points_m[:, 1]), points_m[:, 2]])
+    flat = np.round(flat / size, 8)
+    side, sharpness = _cut_side(points_m, cells), _sharpness(points_m, cells, flat)
+    order = np.lexsort((*flat.T, -np.round(sharpness, 3)))
+    looks = _looks(points_m, cells)
+    looks[side != 0] = 0.0
+    box = 1.0 / 400.0
+    while True:
+        place = np.floor((points_m - low) / (size * box))
+        place[side != 0] = 0.0
+        place[side != 0, :2] = np.floor(flat[side != 0] / box)
+        boxes = np.column_stack([side, place, looks]).astype(np.int64)[order]
+        _, first, group = np.unique(boxes, axis=0, return_index=True, return_inverse=True)
+        if first.size <= most or box > 0.2:
+            break
+        box *= 1.12
+    new = np.empty(len(points_m), dtype=np.int64)
+    new[order] = group.reshape(-1)
+    triangles = new[cells]
+    lost = (triangles == np.roll(triangles, 1, axis=1)).any(axis=1)
+    return order[first], triangles[~lost]
+
+
+def _normals(points_m: FloatArray, cells: IntArray) -> FloatArray:
+    """Unit normals of triangles."""
+    corners = points_m[cells]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return np.asarray(normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300))
+
+
+def _looks(points_m: FloatArray, cells: IntArray) -> FloatArray:
+    """Where the surface looks at its points: signs of the components that count, (p, 3)."""
+    total = np.zeros_like(points_m)
+    np.add.at(total, cells.ravel(), np.repeat(_normals(points_m, cells), 3, axis=0))
+    total /= np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-300)
+    return np.where(np.abs(total) > _COUNTS, np.sign(total), 0.0)
+
+
+def _edges(cells: IntArray) -> tuple[IntArray, IntArray, IntArray]:
+    """Edges of triangles, (3 c, 2): number of each among the different ones, these, their count."""
+    edges = np.sort(np.concatenate([cells[:, [0, 1]], cells[:, [1, 2]], cells[:, [2, 0]]]), axis=1)
+    found, number, count = np.unique(edges, axis=0, return_inverse=True, return_counts=True)
+    return number.reshape(-1), found, count
+
+
+def _sharpness(points_m: FloatArray, cells: IntArray, flat: FloatArray) -> FloatArray:
+    """How much a surface turns at its points, 0 where it is plane.
+
+    On the edges of the surface, which both cut faces have, the turn of these in r and z, `flat`.
+    """
+    normal = _normals(points_m, cells)
+    number, edges, count = _edges(cells)
+    total = np.zeros((len(edges), 3))
+    np.add.at(total, number, np.tile(normal, (3, 1)))
+    turn = np.where(count == 2, 2.0 - np.linalg.norm(total, axis=1), 0.0)
+    sharp = np.bincount(edges.ravel(), np.repeat(turn, 2), len(points_m))
+    outer = edges[count == 1]
+    along = flat[outer[:, 1]] - flat[outer[:, 0]]
+    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-300)
+    ends = np.zeros_like(flat)
+    np.add.at(ends, outer[:, 0], along)
+    np.add.at(ends, outer[:, 1], -along)
+    own = np.unique(outer)
+    sharp[own] = np.linalg.norm(ends[own], axis=1)
+    return np.asarray(sharp)
+
+
+def _cut_side(points_m: FloatArray, cells: IntArray) -> IntArray:
+    """-1 and 1 of points on the edges of a sector's surface, by the cut face, else 0."""
+    _, edges, count = _edges(cells)
+    own = np.unique(edges[count == 1])
+    middle = points_m[:, :2].sum(axis=0)
+    across = points_m[:, 1] * middle[0] - points_m[:, 0] * middle[1]
+    side = np.zeros(len(points_m), dtype=np.int64)
+    side[own] = np.where(across[own] < 0.0, -1, 1)
+    return side
 
 
 def _kept_of_chain(points: FloatArray, spacing: float) -> IntArray:

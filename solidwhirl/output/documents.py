@@ -235,8 +235,8 @@ def _write_all(results: Results, document: dict[str, Any], folder: Path) -> None
     (folder / "bodies").mkdir()
     (folder / "meshes").mkdir()
     for name, result in results.bodies.items():
-        write_vtu(result.mesh, folder / "meshes" / f"{name}.vtu")
-        write_gmsh(result.mesh, folder / "meshes" / f"{name}.msh")
+        write_vtu(result.shown_mesh, folder / "meshes" / f"{name}.vtu")
+        write_gmsh(result.shown_mesh, folder / "meshes" / f"{name}.msh")
     for name, element in results.elements.items():
         path = folder / "bodies" / f"{name}.h5"
         reserve(path, _size_bytes(element))
@@ -332,8 +332,8 @@ def _solid(result: BodyResult) -> dict[str, Any]:
         "element_order": result.discretisation.degree,
         "modes_per_family": result.discretisation.modes,
         "mesh": {
-            "points": len(result.mesh.points),
-            "cells": len(result.mesh.cells),
+            "points": len(result.shown_mesh.points),
+            "cells": len(result.shown_mesh.cells),
             "minimum_scaled_jacobian": result.mesh.quality.minimum_scaled_jacobian,
             "straightened_elements": result.mesh.quality.straightened_elements,
         },

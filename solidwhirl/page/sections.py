@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from solidwhirl.analyses.base import CRITICAL_SPEEDS, MODE_SHAPES
-from solidwhirl.core.blocks import AnalysisBlock, Table
+from solidwhirl.core.blocks import AnalysisBlock, Table, TurningModes
 from solidwhirl.core.outcome import PageSection
 from solidwhirl.page.drawing import engine
 from solidwhirl.page.frame.build import page_html
@@ -85,6 +85,9 @@ def _page_block(block: AnalysisBlock, name: str, said: str) -> Block:
     """A block of an analysis of a name, with the name in its title where that is to be said."""
     if isinstance(block, Chart):
         return page_chart(replace(block, title=entitled(block.title, said)), name)
+    if isinstance(block, TurningModes):
+        shown = replace(block, name=f"{block.name}-{name}", title=entitled(block.title, said))
+        return shapes.turning_viewer(shown)
     if isinstance(block, Table):
         title, folded = entitled(block.title, said), entitled(block.folded, said)
         return replace(block, title=title, folded=folded)

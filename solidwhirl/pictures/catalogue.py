@@ -56,7 +56,7 @@ def pictures_of(
 
 def _meshes(results: Results, title: str) -> Iterator[Picture]:
     for name, body in results.bodies.items():
-        mesh, own = body.mesh, f"{title}: mesh of {name}"
+        mesh, own = body.shown_mesh, f"{title}: mesh of {name}"
         flat, degree = mesh.dimension == 2, body.discretisation.degree
         yield Picture(
             name=f"mesh_{name}",

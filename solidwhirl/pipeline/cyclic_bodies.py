@@ -22,10 +22,16 @@ def cyclic_source(job: Job, reduced: Mapping[str, BodyResult], name: str) -> Cyc
     """Return what the cyclic indices of a body are reduced from: its last mesh.
 
     A body of revolution whose mesh is a solid one gets a meridian. Raises AnalysisError: a mesh of
-    a whole that is given.
+    a whole that is given, or stages without a common sector.
     """
     found = reduced[name]
     mesh = found.mesh
+    if mesh.parts is not None:
+        counts = sorted({sector.count for sector in mesh.parts.sectors})
+        raise AnalysisError(
+            f"body {name!r} is made of parts with {', '.join(map(str, counts))} sectors; nodal "
+            "diameters need one count: make a body of one stage and the drum beside it"
+        )
     if mesh.dimension == 3 and mesh.sector is None:
         if not isinstance(found.body, Body) or found.body.features:
             raise AnalysisError(

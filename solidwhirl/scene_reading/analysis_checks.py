@@ -16,7 +16,7 @@ from solidwhirl.analyses.registry import AnalysisSpec
 from solidwhirl.core.errors import unknown
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import acting_on, is_off_axis
-from solidwhirl.scene_checks.recovery_references import no_solid
+from solidwhirl.scene_checks.recovery_references import no_common_sector, no_solid
 from solidwhirl.scene_reading.weight import weight_problems
 
 # Keys of analyses by what they name.
@@ -88,6 +88,12 @@ def _nodal_problems(scene: Scene, spec: NodalDiametersSpec) -> Iterator[str]:
     if why:
         yield f"body: {why}"
         return
+    why = no_common_sector(scene, spec.body)
+    if why:
+        yield (
+            f"body: {why}; nodal diameters are those of equal sectors: describe each stage as a "
+            "body of its own, held where it joins the others"
+        )
     known = list(scene.interface_names()[spec.body])
     for k, name in enumerate(spec.held):
         if name not in known:

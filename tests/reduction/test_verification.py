@@ -113,7 +113,7 @@ def test_a_dropped_mode_of_the_meridian_is_missed(monkeypatch, place):
 
 
 def test_a_dropped_mode_of_the_solid_is_missed(monkeypatch):
-    spoil(monkeypatch, "eigenpairs", without(1), more=1)
+    spoil(monkeypatch, "slepc_pairs", without(1), more=1)
     _, work = reduced_to(shaft(), level="solid", size=COARSE, modes=4)
     assert bad(work.checks) == {MISSING}
 

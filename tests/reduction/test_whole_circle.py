@@ -25,7 +25,7 @@ from solidwhirl.geometry import MATERIALS, Blade, Interface
 from solidwhirl.meshing import MeshSize, mesh_revolved
 from solidwhirl.meshing.imported.body import body_of_mesh, mesh_of
 from solidwhirl.meshing.imported.records import MeshInterface
-from solidwhirl.meshing.own.sector import mesh_sector
+from solidwhirl.meshing.own.features.sector import mesh_sector
 
 pytestmark = pytest.mark.solver
 COARSE = MeshSize(size_m=0.04, corner_size_m=0.02, growth=1.0)

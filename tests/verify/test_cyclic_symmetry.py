@@ -18,7 +18,7 @@ from whole_circle import rates, unreduced
 
 from solidwhirl.geometry import Blade
 from solidwhirl.meshing import MeshSize
-from solidwhirl.meshing.own.sector import mesh_sector
+from solidwhirl.meshing.own.features.sector import mesh_sector
 from solidwhirl.meshing.own.whole import cut_partners
 
 pytestmark = [pytest.mark.verify, pytest.mark.solver]

@@ -12,14 +12,15 @@ from pydantic import Field, model_validator
 
 from solidwhirl.analyses import base
 from solidwhirl.analyses.nodal_diameters import results, told
-from solidwhirl.core.blocks import AnalysisBlock
+from solidwhirl.analyses.nodal_diameters import shapes as own_shapes
+from solidwhirl.core.blocks import AnalysisBlock, numbers
 from solidwhirl.core.fields import MOST, Count, Finite, Name, Record
 from solidwhirl.core.outcome import Outcome, PageSection
 from solidwhirl.core.plain_data import Labels, tabled
 from solidwhirl.rotordyn import nodal_diameters as nd
 from solidwhirl.rotordyn.plots.nodal_diameters import blade_campbell_chart, interference_chart
 
-_OVER = ("nodal_diameter", "speed_rpm", "mode")
+_OVER = ("direction", "nodal_diameter", "speed_rpm", "mode")
 
 
 class MistuningSpec(Record):
@@ -77,7 +78,6 @@ class NodalDiametersSpec(base.Sweep):
     sees_operating = True
     suffixes = (".png", "_interference.png", "_amplification.png", ".npz")
     axes: ClassVar = {
-        **dict.fromkeys(("backward_hz", "forward_hz", "backward_error", "forward_error"), _OVER),
         "body_speed_rpm": ("speed_rpm",),
         "standing": ("nodal_diameter",),
     }
@@ -96,6 +96,7 @@ class NodalDiametersSpec(base.Sweep):
     ) = None
     engine_orders: Annotated[tuple[Count, ...], Field(max_length=MOST)] = ()
     margin_percent: Annotated[float, Field(gt=0, lt=100, strict=True)] = 5.0
+    probe: Literal["off", "on"] = "off"
     mistuning: MistuningSpec | None = None
 
     @model_validator(mode="after")
@@ -109,6 +110,8 @@ class NodalDiametersSpec(base.Sweep):
     def run(self, engine: base.Engine) -> Outcome:
         """Modes of all nodal diameters over the speed, their crossings, and mistuned blades."""
         source: results.CyclicSource = engine.cyclic(self.body)
+        if self.mistuning is not None:
+            results.refuse_mistuning(self.mistuning.asked, source, self.body)
         ratio = abs(engine.speed_ratios[self.body])
         indices, notes = results.chosen_indices(
             self.nodal_diameters, source, self.held, every=self.mistuning is not None
@@ -138,9 +141,13 @@ class NodalDiametersSpec(base.Sweep):
             else results.mistuning_document(
                 body, self.mistuning.asked, crossings, ratio, float(self.speeds_rad_s[-1])
             ),
+            "fixed_frame_hz": results.fixed_frame_document(modes, asked)
+            if self.probe == "on"
+            else None,
+            "root_stress": own_shapes.root_document(shapes, modes, self.modes),
             "notes": notes,
         }
-        arrays = results.file_arrays(body, shapes, modes)
+        arrays = own_shapes.file_arrays(body, shapes, modes)
         return Outcome(
             kind=self.kind,
             document=document,
@@ -162,26 +169,44 @@ class NodalDiametersSpec(base.Sweep):
 
     def blocks(self, found: base.Found) -> Sequence[AnalysisBlock]:
         """Crossings, diagrams, shapes in space, and mistuned blades."""
-        return told.blocks_of(found.document, found.engine)
+        return told.blocks_of(found.document, found.engine, found.record)
 
     @classmethod
     def labels(cls, document: Mapping[str, Any]) -> Labels:
         """Over nodal diameter, speed and mode; one row for each crossing."""
         rows = document["crossings"]
         labels = tabled(document, cls.axes)
-        numbers = ("engine_order", "nodal_diameter", "mode", "speed_rpm", "frequency_hz", "margin")
+        over: dict[str, Any] = {
+            key: (_OVER, numbers([found[d] for d in own_shapes.DIRECTIONS]))
+            for key, found in (
+                ("frequency_hz", document["frequency_hz"]),
+                ("frequency_error_estimate", document["frequency_error_estimate"]),
+                *((f"root_{key}", f) for key, f in (document["root_stress"] or {}).items()),
+            )
+        }
+        seen = document["fixed_frame_hz"]
+        if seen:
+            by_direction = numbers([seen[d] for d in own_shapes.DIRECTIONS])
+            over["fixed_frame_hz"] = ((_OVER[0], "k", *_OVER[1:]), by_direction)
+        names = ("engine_order", "nodal_diameter", "mode", "speed_rpm", "frequency_hz", "margin")
         of_crossings = {
             f"crossing_{key}": ("crossing", np.array([row[key] for row in rows], dtype=float))
-            for key in numbers
+            for key in names
         }
         words = np.array([row["direction"] for row in rows], dtype=str)
         of_crossings["crossing_direction"] = ("crossing", words)
-        return labels._replace(variables={**labels.variables, **of_crossings})
+        coordinates = {**labels.coordinates, "direction": ("direction", [*own_shapes.DIRECTIONS])}
+        if seen:
+            coordinates["k"] = ("k", seen["k"])
+        for key in ("nodal_diameter", "mode"):
+            coordinates[key] = (key, document[key])
+        variables = {**labels.variables, **over, **of_crossings}
+        return labels._replace(variables=variables, coordinates=coordinates)
 
     @classmethod
     def scalars(cls, document: Mapping[str, Any]) -> base.Scalars:
         """Yield the lowest frequency, the smallest margin, and the amplification."""
-        lowest = (f for h in document["backward_hz"] for f in h[0])
+        lowest = (f for h in document["frequency_hz"]["backward"] for f in h[0])
         yield "lowest_frequency_hz", base.smallest_of(lowest)
         margins = [c["margin"] for c in document["crossings"]]
         yield "smallest_margin", base.smallest_of(abs(m) for m in margins if m is not None)

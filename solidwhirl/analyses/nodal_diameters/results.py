@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from solidwhirl.analyses.base import Engine, Operating
+from solidwhirl.analyses.nodal_diameters.shapes import DIRECTIONS
 from solidwhirl.core.blocks import margin_words
 from solidwhirl.rotordyn import AnalysisError
 from solidwhirl.rotordyn import nodal_diameters as nd
@@ -84,7 +85,10 @@ def chosen_orders(
 
 
 def modes_document(modes: nd.NodalDiameterModes, asked: Asked, ratio: float) -> dict[str, Any]:
-    """Return frequencies and errors by direction, (h, s, m)."""
+    """Return frequencies in the turning frame and their errors by direction, (h, s, m).
+
+    A standing wave (h = 0, N/2) has both directions in one.
+    """
     body = modes.body
     indices = [m.index for m in body.indices]
     document: dict[str, Any] = {
@@ -96,10 +100,32 @@ def modes_document(modes: nd.NodalDiameterModes, asked: Asked, ratio: float) -> 
         "nodal_diameter": indices,
         "standing": [body.is_standing(h) for h in indices],
     }
-    for direction in ("backward", "forward"):
+    document["frequency_hz"], document["frequency_error_estimate"] = {}, {}
+    for direction in DIRECTIONS:
         families = [modes.family(h, direction) for h in indices]
-        document[f"{direction}_hz"] = _stacked([f.frequency_hz for f in families], asked.modes)
-        document[f"{direction}_error"] = _stacked([f.error for f in families], asked.modes)
+        for key, blocks in (
+            ("frequency_hz", [f.frequency_hz for f in families]),
+            ("frequency_error_estimate", [f.error for f in families]),
+        ):
+            document[key][direction] = _stacked(blocks, asked.modes)
+    return document
+
+
+def fixed_frame_document(modes: nd.NodalDiameterModes, asked: Asked) -> dict[str, Any]:
+    """Return what a probe at rest sees of the h + kN waves of every mode, (k, h, s, m)."""
+    body = modes.body
+    turns = (0,) if body.sectors is None else (-1, 0, 1)
+    document: dict[str, Any] = {"k": list(turns)}
+    for direction in DIRECTIONS:
+        sign = -1.0 if direction == "forward" else 1.0
+        document[direction] = []
+        for k in turns:
+            seen = []
+            for own in body.indices:
+                found = modes.family(own.index, direction).frequency_hz
+                waves = own.index + k * (body.sectors or 0)
+                seen.append(nd.fixed_frame_hz(sign * found, modes.speeds_rad_s[:, None], waves))
+            document[direction].append(_stacked(seen, asked.modes))
     return document
 
 
@@ -175,7 +201,7 @@ def interference_document(
     own = modes_document(modes, asked._replace(speeds_rad_s=np.array([speed])), ratio)
     return {
         "speed_rpm": speed * RPM_PER_RAD_S,
-        **{f"{d}_hz": [block[0] for block in own[f"{d}_hz"]] for d in ("backward", "forward")},
+        "frequency_hz": {d: [h[0] for h in own["frequency_hz"][d]] for d in DIRECTIONS},
     }
 
 
@@ -188,6 +214,20 @@ class MistuningAsked(NamedTuple):
     blade_deviations: tuple[float, ...] | None
     #: Standard deviation, samples, seed
     random: tuple[float, int, int] | None
+
+
+def refuse_mistuning(wanted: MistuningAsked, source: CyclicSource, body: str) -> None:
+    """Refuse what blades of a body can not be asked, before it is reduced. Raises AnalysisError."""
+    if source.sectors is None:
+        raise AnalysisError(
+            f"mistuning: {body!r} is of revolution; it has no blades to be mistuned"
+        )
+    given = wanted.blade_deviations
+    if given is not None and len(given) != source.sectors:
+        raise AnalysisError(
+            f"mistuning.blade_deviations: {len(given)} given, but {body!r} has {source.sectors} "
+            "sectors, and one is needed for each"
+        )
 
 
 def mistuning_document(
@@ -285,21 +325,3 @@ def crossing_text(crossing: Mapping[str, Any]) -> str:
         f"{crossing['nodal_diameter']}, mode {crossing['mode']}, at {crossing['speed_rpm']:.1f} "
         f"rpm ({crossing['frequency_hz']:.4g} Hz)"
     )
-
-
-def file_arrays(body: nd.CyclicBody, shapes: Any, modes: nd.NodalDiameterModes) -> dict[str, Any]:
-    """Return what a file holds: matrices of every index, the surface, and its motion at the end.
-
-    The motion is that of the backward, or standing, modes at the last speed.
-    """
-    arrays: dict[str, Any] = {
-        "nodal_diameter": np.array([m.index for m in body.indices]),
-        "points_m": shapes.points_m,
-        "cells": shapes.cells,
-    }
-    for own, amplitudes in zip(body.indices, shapes.amplitudes, strict=True):
-        for name in ("mass", "stiffness", "coriolis", "centrifugal"):
-            arrays[f"{name}_{own.index}"] = getattr(own, name)
-        family = modes.family(own.index, "backward")
-        arrays[f"displacement_{own.index}"] = amplitudes @ family.vectors[-1]
-    return arrays

@@ -9,6 +9,7 @@ import numpy as np
 
 from solidwhirl.analyses.base import Engine, reference_ranges_rad_s
 from solidwhirl.analyses.nodal_diameters.results import crossing_text, operating_of
+from solidwhirl.analyses.nodal_diameters.shapes import DIRECTIONS, turning_modes
 from solidwhirl.core.blocks import (
     AnalysisBlock,
     Table,
@@ -19,6 +20,7 @@ from solidwhirl.core.blocks import (
     whirl_text,
 )
 from solidwhirl.rotordyn import nodal_diameters as nd
+from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
 from solidwhirl.rotordyn.plots import nodal_diameters as charts
 from solidwhirl.rotordyn.plots.chart import Chart
@@ -26,6 +28,8 @@ from solidwhirl.rotordyn.plots.chart import Chart
 Document = Mapping[str, Any]
 # Rows of a table that is shown whole.
 _MOST = 12
+# Of a line that shows where further engine orders would be.
+_ORDERS = 200
 
 
 def campbell_view(document: Document, engine: Engine) -> charts.BladeCampbell:
@@ -39,8 +43,8 @@ def campbell_view(document: Document, engine: Engine) -> charts.BladeCampbell:
                 charts.FamilyCurves(
                     index=index,
                     direction="standing" if standing else direction,
-                    frequency_hz=numbers(document[f"{direction}_hz"][k]),
-                    error=numbers(document[f"{direction}_error"][k]),
+                    frequency_hz=numbers(document["frequency_hz"][direction][k]),
+                    error=numbers(document["frequency_error_estimate"][direction][k]),
                 )
             )
     orders: dict[int, list[int]] = {}
@@ -84,16 +88,24 @@ def interference_view(document: Document) -> charts.Interference:
     orders = document["engine_orders"]
     turn = body_rad_s * nd.HZ_PER_RAD_S
     standing = np.array(document["standing"])
-    own = {d: numbers(found[f"{d}_hz"]) for d in ("backward", "forward")}
-    by_direction = {d: np.where(standing[:, None], np.nan, hertz) for d, hertz in own.items()}
+    own = {d: numbers(found["frequency_hz"][d]) for d in DIRECTIONS}
+    by_direction: dict[str, FloatArray] = {
+        d: np.where(standing[:, None], np.nan, hertz) for d, hertz in own.items()
+    }
     by_direction["standing"] = np.where(standing[:, None], own["backward"], np.nan)
     return charts.Interference(
         rpm=found["speed_rpm"],
         index=document["nodal_diameter"],
         frequency_hz=by_direction,
-        zigzag=nd.zigzag(sectors, max(orders), body_rad_s),
+        zigzag=nd.zigzag(sectors, max(*orders, _to_the_top(own, turn)), body_rad_s),
         engine_orders=[(e, nd.excited_index(e, sectors)[0], e * turn) for e in orders],
     )
+
+
+def _to_the_top(own: Mapping[Any, FloatArray], turn_hz: float) -> int:
+    """The engine order at the highest frequency, as far as a line can be told from the next one."""
+    highest = max((float(np.nanmax(f, initial=0.0)) for f in own.values()), default=0.0)
+    return min(int(1.2 * highest / turn_hz), _ORDERS) if turn_hz > 0.0 else 0
 
 
 def amplification_view(document: Document) -> Chart:
@@ -103,16 +115,21 @@ def amplification_view(document: Document) -> Chart:
     return charts.amplification_chart(numbers(own["factors"]), own["quantiles"], found["bound"])
 
 
-def blocks_of(document: Document, engine: Engine) -> list[AnalysisBlock]:
-    """Return what a page tells: crossings, diagrams, mistuning, and all frequencies."""
+def blocks_of(document: Document, engine: Engine, record: Mapping[str, Any]) -> list[AnalysisBlock]:
+    """Return what a page tells: crossings, diagrams, shapes, mistuning, and all frequencies.
+
+    `record`: the arrays of the analysis' file.
+    """
     view = campbell_view(document, engine)
     near = [c for c in document["crossings"] if c["too_near"]]
+    has_probe = document["fixed_frame_hz"] is not None
     blocks: list[AnalysisBlock] = [
         *warning([_crossing_lines(c).replace("\n", ", ") for c in near]),
         charts.blade_campbell_chart(view),
         *_crossing_table(document),
         charts.interference_chart(interference_view(document)),
-        charts.fixed_frame_chart(view),
+        *([charts.fixed_frame_chart(view, document["sectors"])] if has_probe else []),
+        turning_modes(document, record),
         *_veering_table(document["veerings"]),
         *_mistuning_blocks(document),
         _frequency_table(document),
@@ -226,26 +243,47 @@ def _mistuning_blocks(document: Document) -> list[AnalysisBlock]:
 
 
 def _frequency_table(document: Document) -> Table:
+    """One row for each nodal diameter, direction and mode at the first and the last speed."""
+    found, errors = document["frequency_hz"], document["frequency_error_estimate"]
+    roots = document["root_stress"]
     rows = []
     for k, index in enumerate(document["nodal_diameter"]):
-        for mode in range(len(document["backward_hz"][k][0])):
-            for at in (0, -1):
-                rows.append(
-                    [
+        for direction in DIRECTIONS[:1] if document["standing"][k] else DIRECTIONS:
+            for mode in range(len(found[direction][k][0])):
+                for at in (0, -1):
+                    row = [
                         str(index),
+                        _direction("standing" if document["standing"][k] else direction),
                         str(mode + 1),
                         f"{document['speed_rpm'][at]:.1f}",
-                        document["backward_hz"][k][at][mode],
-                        document["forward_hz"][k][at][mode],
-                        _percent(document["backward_error"][k][at][mode]),
+                        found[direction][k][at][mode],
+                        _percent(errors[direction][k][at][mode]),
                     ]
-                )
+                    for own in (roots or {}).values():
+                        row.append(_mpa_per_mm(own[direction][k][at][mode]))
+                    rows.append(row)
+    head = [
+        *("nodal diameter", "wave", "mode", "reference shaft [rpm]", "frequency [Hz]"),
+        *("error [%]", "root stress, nominal [MPa/mm]", "in elements [MPa/mm]")[
+            : 3 if roots else 1
+        ],
+    ]
+    caption = "In the frame that turns with the body."
+    if roots:
+        caption += (
+            " Stress amplitudes are those of 1 mm of the largest displacement. Nominal is the "
+            "normal stress of axial force and bending moment over the section where the blade "
+            "meets its carrier, by equilibrium with the blade's inertia; a notch factor goes on "
+            "top of it. That in elements is the largest von Mises stress inside of those at the "
+            "root: at a sharp edge it grows with every finer mesh."
+        )
     return Table(
         folded=f"Frequencies at the first and the last speed ({len(rows)})",
-        head=[
-            *("nodal diameter", "mode", "reference shaft [rpm]", "backward [Hz]", "forward [Hz]"),
-            "error [%]",
-        ],
+        head=head,
         rows=rows,
-        caption="In the frame that turns with the body.",
+        caption=caption,
     )
+
+
+def _mpa_per_mm(stress_pa_per_m: float | None) -> float | None:
+    return None if stress_pa_per_m is None else 1e-9 * stress_pa_per_m

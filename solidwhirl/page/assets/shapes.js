@@ -10,7 +10,8 @@ solidwhirl.modeViewer = (host, data, firstTheme) => {
     mixed: { color: "@mixed", dash: "dashdot", symbol: "diamond", sign: "◆" },
   };
   const BODY_COLORS = ["@c5", "@c4", "@c2", "@c3", "@c7", "@muted"];
-  const VIEWS = [["cut open", "cut"], ["see-through", "clear"], ["closed", "closed"], ["lines only", "lines"]];
+  const VIEWS = [["cut open", "cut"], ["see-through", "clear"], ["closed", "closed"]];
+  if (!data.turns) VIEWS.push(["lines only", "lines"]);
   const still = window.matchMedia("(prefers-reduced-motion: reduce)");
   const numbers = (value) => solidwhirl.array(value).values;
 
@@ -29,14 +30,21 @@ solidwhirl.modeViewer = (host, data, firstTheme) => {
 
   // Points at rest of a piece as x, y, z of the engine, and its triangles.
   function mesh(piece, view) {
-    if (piece.kind === "solid") {
-      const count = piece.points.length / 3;
-      const rest = [0, 1, 2].map((c) => Float32Array.from({ length: count }, (_, p) => piece.points[3 * p + c]));
+    if (piece.kind !== "meridian") {
+      const count = piece.points.length / 3, copies = piece.copies || 1;
+      const rest = [0, 1, 2].map(() => new Float32Array(count * copies));
       const use = [];
-      for (let c = 0; c < piece.cells.length; c += 3) {
-        const tri = piece.cells.subarray(c, c + 3);
-        const cut = view === "cut" && [...tri].every((p) => rest[0][p] < 1e-9 && rest[1][p] > -1e-9);
-        if (!cut) use.push(tri);
+      for (let k = 0; k < copies; k++) {
+        const turn = (2 * Math.PI * k) / copies, c1 = Math.cos(turn), s1 = Math.sin(turn);
+        for (let p = 0; p < count; p++) {
+          const [x, y, z] = piece.points.subarray(3 * p, 3 * p + 3), at = k * count + p;
+          rest[0][at] = x * c1 - y * s1; rest[1][at] = x * s1 + y * c1; rest[2][at] = z;
+        }
+        for (let c = 0; c < piece.cells.length; c += 3) {
+          const tri = piece.cells.subarray(c, c + 3).map((p) => p + k * count);
+          const cut = view === "cut" && tri.every((p) => rest[0][p] < 1e-9 && rest[1][p] > -1e-9);
+          if (!cut) use.push(tri);
+        }
       }
       return { rest, i: use.map((t) => t[0]), j: use.map((t) => t[1]), k: use.map((t) => t[2]), theta: null };
     }
@@ -96,6 +104,21 @@ solidwhirl.modeViewer = (host, data, firstTheme) => {
       });
       return { re, im };
     }
+    if (piece.kind === "sector") {
+      // copy k turns the field of the sector by its angle, and shifts its phase by n times that
+      const count = piece.points.length / 3, v = terms.values, n = terms.order[0];
+      for (let at = 0; at < size; at++) {
+        const k = Math.floor(at / count), p = 6 * (at - k * count), turn = (2 * Math.PI * k) / piece.copies;
+        const c1 = Math.cos(turn), s1 = Math.sin(turn), cn = Math.cos(n * turn), sn = Math.sin(n * turn);
+        const u = [0, 2, 4].map((c) => [v[p + c] * cn - v[p + c + 1] * sn, v[p + c] * sn + v[p + c + 1] * cn]);
+        [re, im].forEach((out, part) => {
+          out[0][at] = u[0][part] * c1 - u[1][part] * s1;
+          out[1][at] = u[0][part] * s1 + u[1][part] * c1;
+          out[2][at] = u[2][part];
+        });
+      }
+      return { re, im };
+    }
     const count = piece.points.length / 2, r3 = [0, 0, 0], i3 = [0, 0, 0];
     shape.theta.forEach((a, s) => {
       for (let p = 0; p < count; p++) {
@@ -128,8 +151,9 @@ solidwhirl.modeViewer = (host, data, firstTheme) => {
   wants.names.checked = !isNarrow;
   const bar = make("div", { className: "controls" },
     labelled("modes", stateList), labelled("mode", modeList), play, labelled("speed", pace),
-    labelled("amplitude", size), labelled("bodies", viewList),
-    ...Object.entries(wants).map(([name, box]) => make("label", {}, box, " " + name)));
+    labelled("amplitude", size), labelled(data.turns ? "body" : "bodies", viewList),
+    ...(data.turns ? [] : Object.entries(wants).map(([name, box]) => make("label", {}, box, " " + name))));
+  if (data.turns) viewList.value = "closed";
   const key = make("p", { className: "caption viewer-key" });
   const plot = make("div", { className: "viewer-plot" });
   plot.style.width = "100%";
@@ -189,7 +213,7 @@ solidwhirl.modeViewer = (host, data, firstTheme) => {
       const ratio = data.bodies[piece.body].ratio;
       if (ratio === 0 || mode.rpm === 0 || Math.abs(mode.spin[piece.body]) > TOO_FAST) return;
       const angle = mode.spin[piece.body] * phase, c1 = Math.cos(angle), s1 = Math.sin(angle);
-      if (piece.kind === "solid") {
+      if (piece.kind !== "meridian") {
         const radius = reach.radius;
         for (const s of lines[piece.body].filter((s) => stations.orbit[s])) {
           const [ux, uy] = centerNow(s, cos, sin);
@@ -296,9 +320,9 @@ solidwhirl.modeViewer = (host, data, firstTheme) => {
         lightposition: { x: -2000, y: 4000, z: 5000 },
       }, (c, s) => moved(entry, c, s));
     }
-    thread(centerLines, "centre line", lineOf("@ink", "solid", 5));
-    if (view !== "lines") thread(stripes, "line that turns with the body", lineOf("@ink", "solid", 3));
-    if (wants.bearings.checked) thread(springs, "bearings", lineOf("@muted", "solid", 3));
+    if (!data.turns) thread(centerLines, "centre line", lineOf("@ink", "solid", 5));
+    if (view !== "lines" && !data.turns) thread(stripes, "line that turns with the body", lineOf("@ink", "solid", 3));
+    if (wants.bearings.checked && joints.length) thread(springs, "bearings", lineOf("@muted", "solid", 3));
     if (wants.orbits.checked) {
       for (const [sense, style] of Object.entries(WHIRL)) {
         if (!mode.sense.includes(sense)) continue;
@@ -312,13 +336,15 @@ solidwhirl.modeViewer = (host, data, firstTheme) => {
         }, dots);
       }
     }
-    if (wants.names.checked) {
+    if (wants.names.checked && !data.turns) {
       add({ type: "scatter3d", mode: "text", ...labels(), textfont: { color: "@ink", size: isNarrow ? 10 : 12 }, hoverinfo: "skip" });
     }
   }
   function layoutNow() {
-    const margin = 0.3 * length * 0.5, out = Math.max(1.45 * reach.radius, 0.16 * length) + 0.1 * length;
-    const wide = length + 2 * margin, hidden = { visible: false, showspikes: false };
+    const margin = 0.3 * length * 0.5;
+    // room for bearings and the ground around the bodies, or for the motion alone
+    const out = data.turns ? 1.1 * reach.radius : Math.max(1.45 * reach.radius, 0.16 * length) + 0.1 * length;
+    const wide = data.turns ? reach.last - reach.first + 2 * margin : length + 2 * margin, middle = 0.5 * (reach.first + reach.last), hidden = { visible: false, showspikes: false };
     // what the camera sees at the distance of the axis, in units of plotly's cube
     const unit = Math.max(wide / (1.0 * plot.clientWidth / height()), (2 * out) / 1.04);
     return solidwhirl.layout({
@@ -326,10 +352,11 @@ solidwhirl.modeViewer = (host, data, firstTheme) => {
       scene: {
         aspectmode: "manual",
         aspectratio: { x: wide / unit, y: (2 * out) / unit, z: (2 * out) / unit },
-        xaxis: { title: { text: "z [m]" }, range: [reach.first - margin, reach.last + margin], nticks: 6, showspikes: false, showgrid: false, zeroline: false },
+        xaxis: { ...(data.turns ? hidden : { title: { text: "z [m]" } }), range: [middle - 0.5 * wide, middle + 0.5 * wide], nticks: 6, showspikes: false, showgrid: false, zeroline: false },
         yaxis: { ...hidden, range: [-out, out] },
         zaxis: { ...hidden, range: [-out, out] },
-        camera: { eye: { x: 0.55, y: -1.2, z: 0.5 }, projection: { type: "perspective" } },
+        // blades are seen from the end of the axis, shafts from the side
+        camera: { eye: data.turns ? { x: 1.15, y: -0.75, z: 0.45 } : { x: 0.55, y: -1.2, z: 0.5 }, projection: { type: "perspective" } },
       },
     }, theme);
   }
@@ -405,6 +432,11 @@ solidwhirl.modeViewer = (host, data, firstTheme) => {
     const mark = (whirl, text) => make("span", {}, make("span", {
       textContent: WHIRL[whirl].sign, style: `color:var(--${WHIRL[whirl].color.slice(1)})`,
     }), " " + text);
+    if (data.turns) {
+      key.replaceChildren(mark("forward", "forward wave; "), mark("backward", "backward wave; "),
+        mark("planar", "standing. Drag to turn the view, pinch or right-drag to shift it."));
+      return;
+    }
     key.replaceChildren(mark("forward", "forward orbit, full line; "), mark("backward", "backward orbit, broken line; "),
       mark("planar", "line, dotted. The thin line along a body turns with it (not drawn beyond 20 turns per period). Drag to turn the view, pinch or right-drag to shift it."));
   }
@@ -425,7 +457,7 @@ solidwhirl.modeViewer = (host, data, firstTheme) => {
   size.addEventListener("input", () => { if (!busy) redraw(); });
   size.addEventListener("change", redraw);
   play.addEventListener("click", () => { playing = !playing; asked = playing; run(); });
-  const moving = data.states.findIndex((s) => s.modes.some((m) => m.rpm > 0 && m.whirl !== "planar"));
+  const moving = data.states.findIndex((s) => s.modes.some((m) => (m.rpm > 0 || data.turns) && m.whirl !== "planar"));
   stateList.value = Math.max(0, moving);
   fillModes();
   // the lowest forward whirl, which unbalance excites

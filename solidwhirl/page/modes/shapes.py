@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from solidwhirl.analyses.base import MODE_SHAPES
-from solidwhirl.core.blocks import whirl_text
+from solidwhirl.core.blocks import TurningMode, TurningModes, whirl_text
 from solidwhirl.drawing.modes import ShownModes, shown_modes
 from solidwhirl.drawing.motion import (
     EngineInSpace,
@@ -16,10 +16,10 @@ from solidwhirl.drawing.motion import (
     mode_in_space,
     with_few_points,
 )
-from solidwhirl.drawing.surfaces import Piece
+from solidwhirl.drawing.surfaces import Piece, kept_of_outline, kept_of_sector
 from solidwhirl.page.frame.plotly_chart import page_chart
 from solidwhirl.page.frame.records import ModeViewer, Run, Section, Table
-from solidwhirl.rotordyn.core.arrays import ComplexArray
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
 from solidwhirl.rotordyn.modes.damping import log_decrement
 from solidwhirl.rotordyn.modes.mode_shapes import mode_shapes
 from solidwhirl.rotordyn.modes.participation import participation
@@ -28,6 +28,10 @@ from solidwhirl.rotordyn.plots.frame import mode_name
 from solidwhirl.rotordyn.plots.modes import deflection_chart, share_chart
 
 _WHOLE = 32767
+# Points of all copies of a sector.
+_MOST_POINTS = 4000
+# Distance of points along the outline of a meridian, over its size.
+_OUTLINE = 0.035
 #: Numbers below this are zero; a step of them could not be represented.
 NOTHING = 1e-290
 
@@ -167,6 +171,70 @@ def _terms(piece: Piece, motion: ComplexArray) -> dict[str, Any]:
             families.append(family)
             values.append(surface.amplitudes[:, :, own] @ q[own])
     return {"order": orders, "family": families, **packed(np.array(values))}
+
+
+def turning_viewer(block: TurningModes) -> ModeViewer:
+    """Return the viewer of modes in the frame that turns with their body."""
+    points, count = block.points_m, block.copies
+    axial = points[:, 2] if count else points[:, 0]
+    radius = np.hypot(points[:, 0], points[:, 1]) if count else points[:, 1]
+    if count:
+        kept, cells = kept_of_sector(points, block.cells, max(_MOST_POINTS // count, 60))
+    else:
+        spacing = _OUTLINE * float(np.ptp(points, axis=0).max())
+        kept, cells = kept_of_outline(points, block.cells, spacing)
+    states = [
+        {"label": label, "modes": [_turning_mode(mode, kept, count) for mode in modes]}
+        for label, modes in block.states
+    ]
+    return ModeViewer(
+        name=block.name,
+        title=block.title,
+        caption=block.caption,
+        alt=block.alt,
+        data={
+            "turns": True,
+            "bodies": [{"name": block.body, "ratio": 0.0}],
+            "pieces": [_turning_piece(points[kept], cells, count)],
+            "stations": {k: np.empty(0) for k in ("body", "z", "orbit")},
+            "lines": [np.empty(0, dtype=int)],
+            "joints": [],
+            "reach": {
+                "first": float(axial.min()),
+                "last": float(axial.max()),
+                "radius": float(radius.max()),
+            },
+            "states": states,
+        },
+    )
+
+
+def _turning_piece(points: FloatArray, cells: IntArray, count: int | None) -> dict[str, Any]:
+    kind = "sector" if count else "meridian"
+    return {
+        "body": 0, "kind": kind, "copies": count or 0, "disk": False, "points": points,
+        "cells": cells,
+    }  # fmt: skip
+
+
+def _turning_mode(mode: TurningMode, kept: IntArray, count: int | None) -> dict[str, Any]:
+    moved, order = mode.displacement[kept], mode.order
+    orders, families, values = [order], [0], [moved]
+    if count is None and order:
+        # A e^{inθ} of the cos and the sin family (a cos, b sin, c cos), (a sin, -b cos, c sin)
+        sign = 1j if order > 0 else -1j
+        moved = moved * np.array([1.0, sign, 1.0])
+        orders, families, values = [abs(order)] * 2, [0, 1], [moved, sign * moved]
+    return {
+        "label": mode.label,
+        "hertz": mode.hertz,
+        "rpm": 0.0,
+        "whirl": mode.whirl,
+        "growth": 0.0,
+        "terms": [{"order": orders, "family": families, **packed(np.array(values))}],
+        "center": packed(np.empty(0, dtype=complex)),
+        "sense": [],
+    }
 
 
 def packed(values: ComplexArray) -> dict[str, Any]:

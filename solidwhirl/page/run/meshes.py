@@ -158,14 +158,14 @@ def _solid_chart(results: Mapping[str, BodyResult]) -> records.Chart:
     traces: list[Trace] = []
     options = []
     for k, (name, result) in enumerate(results.items()):
-        own = list(_solid_traces(name, result.mesh, f"@c{k % _COLORS}"))
+        own = list(_solid_traces(name, result.shown_mesh, f"@c{k % _COLORS}"))
         shown = [*range(len(traces), len(traces) + len(own))]
         options.append(
             records.Option(label=name, traces=shown, layout={"scene.aspectratio": _aspect(own)})
         )
         traces += own
     axis = {"tickformat": ".4~r"}
-    said = ", ".join(f"{n} {len(r.mesh.cells)}" for n, r in results.items())
+    said = ", ".join(f"{n} {len(r.shown_mesh.cells)}" for n, r in results.items())
     return records.Chart(
         name="mesh-solid",
         title="Solid meshes",

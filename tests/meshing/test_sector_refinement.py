@@ -1,0 +1,112 @@
+"""Sizes of a sector's tetrahedra from the errors of the elements of the last mesh."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from solidwhirl.geometry import MATERIALS, Blade, Body, Section
+from solidwhirl.meshing import MeshingError, MeshSize, refined_sector
+from solidwhirl.meshing.own.features.sector import mesh_sector
+from solidwhirl.meshing.own.prediction import predict_refined
+
+STEEL = MATERIALS["steel"]
+SIZE = MeshSize(size_m=0.02, corner_size_m=0.008, growth=0.6, through_thickness=1.2)
+
+
+@pytest.fixture(scope="module")
+def body():
+    """Disk 0.03 to 0.1 m with twelve staggered plates."""
+    disk = Section(
+        name="disk", start_m=-0.006, end_m=0.006, inner_radius_m=(0.03, 0.03),
+        outer_radius_m=(0.1, 0.1), material=STEEL,
+    )  # fmt: skip
+    blades = Blade(
+        name="blades", on="disk", count=12, length_m=0.05, chord_m=(0.02, 0.02),
+        thickness_m=(0.004, 0.004), stagger_deg=(30.0, 30.0), material=STEEL,
+    )  # fmt: skip
+    return Body(name="wheel", sections=(disk,), features=(blades,))
+
+
+@pytest.fixture(scope="module")
+def mesh(body):
+    return mesh_sector(body, SIZE)
+
+
+def parts(mesh):
+    """Vertices, cells, and which vertices are on a blade's root."""
+    points, cells = mesh.points, mesh.cells[:, :4]
+    blade = mesh.cell_section == mesh.section_names.index("blades")
+    root = np.zeros(len(points), dtype=bool)
+    root[np.intersect1d(cells[blade], cells[~blade])] = True
+    return points, cells, root, blade
+
+
+def volumes(mesh):
+    corners = mesh.points[mesh.cells[:, :4]]
+    return np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 6.0
+
+
+def test_a_mesh_that_is_right_stays_as_it_is(body, mesh):
+    """Equal errors per element, at the target already: about as many elements again.
+
+    The first mesh comes from corners and thicknesses, with flatter elements; where one element
+    fills the thickness, the surfaces decide more than the sizes.
+    """
+    counts = []
+    for _ in range(3):
+        points, cells, root, _ = parts(mesh)
+        errors = np.full(len(cells), 1.0 / len(cells))
+        nowhere = np.zeros_like(root)
+        local = refined_sector(SIZE, points, cells, errors, nowhere, degree=2, target=1.0)
+        mesh = mesh_sector(body, SIZE, local)
+        counts.append(len(mesh.cells))
+    assert 1 / 1.3 < counts[2] / counts[1] < 1.3
+
+
+@pytest.mark.parametrize("target", [0.5, 0.1])
+def test_cells_are_predicted(body, mesh, target):
+    points, cells, root, _ = parts(mesh)
+    at_root = root[cells].any(axis=1)
+    errors = np.where(at_root, 1.0, 0.05) * np.cbrt(volumes(mesh))
+    local = refined_sector(
+        SIZE, points, cells, errors / errors.sum(), root, degree=2, target=target
+    )
+    made, predicted = mesh_sector(body, SIZE, local), predict_refined(local)
+    assert 1 / 1.5 < predicted.cells / len(made.cells) < 1.5
+    # of complex fields: two parts, one cut face follows the other
+    cut = np.count_nonzero(made.points[:, 1] == 0.0)
+    unknowns = 6 * (len(made.points) - cut)
+    assert 1 / 1.5 < predicted.unknowns(2) / unknowns < 1.5
+    # fine along the roots, growing from there as asked
+    edges = np.sort(np.concatenate([cells[:, [a, b]] for a in range(4) for b in range(a)]))
+    a, b = np.unique(edges, axis=0).T
+    rise = np.abs(local.size_m[a] - local.size_m[b])
+    length = np.linalg.norm(points[a] - points[b], axis=1)
+    assert (rise <= SIZE.growth * length * (1.0 + 1e-12)).all()
+
+
+def test_blades_are_refined_on_their_own(body, mesh):
+    """Errors in the blades alone: their elements get small, those of the disk's bore do not."""
+    points, cells, root, blade = parts(mesh)
+    errors = np.where(blade, volumes(mesh), 1e-9 * volumes(mesh))
+    local = refined_sector(
+        SIZE, points, cells, errors / errors.sum(), np.zeros_like(root), degree=2, target=0.02
+    )
+    made = mesh_sector(body, SIZE, local)
+    blades = made.cell_section == made.section_names.index("blades")
+    # errors fall as h⁴: 50 times smaller with edges 2.7 times shorter, 19 times the elements
+    wanted = blade.sum() * 50.0 ** (3.0 / 4.0)
+    assert 1 / 2.0 < blades.sum() / wanted < 2.0
+    at_bore = np.hypot(*made.points[made.cells[:, :4], :2].mean(axis=1).T) < 0.05
+    was = np.hypot(*points[cells, :2].mean(axis=1).T) < 0.05
+    assert at_bore.sum() <= 1.2 * was.sum()
+
+
+@pytest.mark.parametrize("target", [0.0, -1.0, math.nan])
+def test_a_target_that_no_mesh_meets(mesh, target):
+    points, cells, root, _ = parts(mesh)
+    with pytest.raises(MeshingError, match="a positive number is needed"):
+        refined_sector(SIZE, points, cells, np.ones(len(cells)), root, degree=2, target=target)
