@@ -31,9 +31,8 @@ from solidwhirl.meshing.records import (
 )
 from solidwhirl.rotordyn.core.arrays import BoolArray
 
-#: Sectors of the whole: multiples of 4, so that a quarter turn takes nodes to nodes. Their number
-#: costs nothing; with 12 the circumference took up half of an accuracy of 2e-3, with 24 a tenth.
-FEWEST_SECTORS, MOST_SECTORS = 20, 24
+#: Sectors of the whole: multiples of 4, so that a quarter turn takes nodes to nodes.
+FEWEST_SECTORS, MOST_SECTORS = 24, 96
 # Tetrahedra of a prism whose corners are 0, 1, 2 (rising numbers) and 3, 4, 5 above them.
 _OF_PRISM = np.array([[0, 1, 2, 5], [0, 1, 4, 5], [0, 3, 4, 5]])
 # A tetrahedron whose corners 1 and 2 have changed places.
@@ -110,14 +109,11 @@ def meridian_errors(
 
 
 def sectors_of(meridian: Mesh) -> int:
-    """Return how many sectors go with a meridian mesh.
+    """Return how many sectors go with a meridian mesh: as many as its size asks for.
 
-    So many that half of one is about as wide, at the largest radius, as the largest elements are.
+    Their number costs nothing.
     """
-    corners = meridian.points[meridian.cells[:, :3]]
-    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max()
-    wanted = np.pi * meridian.points[:, 1].max() / longest
-    return int(np.clip(4 * round(wanted / 4), FEWEST_SECTORS, MOST_SECTORS))
+    return int(np.clip(4 * -(-meridian.size.around // 4), FEWEST_SECTORS, MOST_SECTORS))
 
 
 def _quality(points: FloatArray, cells: IntArray, flat: MeshQuality) -> MeshQuality:
