@@ -81,7 +81,7 @@ docs: setup ## build the documentation as a site in out/docs
 	@$(BIN)/sphinx-build -W --keep-going -q -c docs . out/docs
 	@echo out/docs/index.html
 
-bench: setup ## measure time and memory, beside other programs (an hour)
+bench: setup ## measure time and memory, beside other programs (two hours)
 	@tools/setup.sh verify
 	@tools/ross_environment.sh
 	@tools/exudyn_environment.sh
@@ -91,6 +91,10 @@ bench: setup ## measure time and memory, beside other programs (an hour)
 	@$(BIN)/python bench/scaling.py
 	@$(BIN)/python bench/solver_settings.py
 	@$(BIN)/python bench/harmonic_and_solid.py
+	@$(BIN)/python bench/fixed_modes_of_sectors.py
+	@$(BIN)/python bench/bladed_disk.py
+	@$(BIN)/python bench/stage_joints.py
+	@$(BIN)/python bench/ordinary_rotors.py
 	@$(BIN)/python bench/engine.py
 	@$(BIN)/python bench/run_up.py
 

@@ -22,7 +22,7 @@ from mpi4py import MPI
 
 from solidwhirl.geometry import MATERIALS, Blade, Body, Interface, Section
 from solidwhirl.meshing import MeshSize
-from solidwhirl.meshing.own.sector import mesh_sector
+from solidwhirl.meshing.own.features.sector import mesh_sector
 from solidwhirl.reduction.operators.matrices import BodyOperators, OperatorEffects, build_operators
 from solidwhirl.reduction.solvers.constrained import ConstrainedFactor, eigenpairs, factorise
 from solidwhirl.reduction.solvers.slepc_modes import slepc_pairs

@@ -85,7 +85,7 @@ def measure(case: dict) -> dict:
     from solidwhirl.reduction.solvers.vectors import apply
 
     operators = held_body(case["unknowns"])
-    rows = operators.coupling.rows
+    rows = operators.coupling.held
     none = rows[:, :0]
     loads = apply(operators.mass, np.random.default_rng(1).standard_normal((len(rows), LOADS)))
     Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
@@ -148,7 +148,7 @@ def slepc_modes(case: dict) -> dict:
     from solidwhirl.reduction.solvers.vectors import apply
 
     operators = held_body(case["unknowns"])
-    rows, mass = operators.coupling.rows, operators.mass
+    rows, mass = operators.coupling.held, operators.mass
     none = rows[:, :0]
     held = constrained_iteration(
         operators.stiffness,

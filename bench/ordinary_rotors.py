@@ -174,7 +174,7 @@ def _drilled() -> Data:
         12000,
         5e7,
     )
-    hole = {"within": "disk", "count": 8, "pitch_radius_m": 0.09, "diameter_m": 0.04}
+    hole = {"in": "disk", "count": 8, "pitch_radius_m": 0.09, "diameter_m": 0.04}
     data["bodies"]["rotor"]["holes"] = [{"name": "light", **hole}]
     return data
 

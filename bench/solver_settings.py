@@ -55,7 +55,7 @@ def measure_factor(corner_m: float, setting: dict) -> dict:
     from solidwhirl.reduction.solvers.constrained import bordered
 
     body = operators(corner_m)
-    matrix = bordered(body.stiffness, body.coupling.rows)
+    matrix = bordered(body.stiffness, body.coupling.held)
     kind = setting["type"]
     if kind == "lu":
         matrix = matrix.convert("aij", PETSc.Mat())
@@ -99,7 +99,7 @@ def measure_krylov(corner_m: float, block: int) -> dict:
     from solidwhirl.reduction.solvers.constrained import eigenpairs, factorise
 
     body = operators(corner_m)
-    factor = factorise(body.stiffness, body.coupling.rows)
+    factor = factorise(body.stiffness, body.coupling.held)
     block_krylov.BLOCK = block
     start = time.process_time()
     values, _ = eigenpairs(factor, body.mass, shift=0.0, count=28)

@@ -27,8 +27,8 @@ from mpi4py import MPI
 
 from solidwhirl.geometry import Blade, Body, Interface, Material, Section
 from solidwhirl.meshing import Mesh, MeshSize
+from solidwhirl.meshing.own.features.sector import mesh_sector
 from solidwhirl.meshing.own.joined import mesh_joined
-from solidwhirl.meshing.own.sector import mesh_sector
 from solidwhirl.meshing.records import Parts
 from solidwhirl.reduction import ReductionRequest, reduce_body
 from solidwhirl.rotordyn import Superelement
@@ -38,7 +38,7 @@ INNER, RIM, HALF, BLADE = 0.03, 0.10, 0.006, 0.05
 MODES = 3
 #: Blades, joint radius [m]
 CASES = ((12, 0.05), (12, 0.08), (6, 0.08))
-#: First modes in ppm by order 1, and with 1 ± N, and of a rigid ring in per cent: a prototype's
+#: Known from other meshes: first modes by order 1 and with 1 ± N [ppm], of a rigid ring [%]
 SOURCE = {
     (12, 0.05): ((1, 3, 3), (1, 3, 3), (5.6, 33, 9.3)),
     (12, 0.08): ((280, 298, 2020), (4, 6, 20), (6.7, 30, 1.4)),

@@ -17,7 +17,7 @@ from typing import Any
 from pydantic.fields import FieldInfo
 
 from solidwhirl.analyses.registry import AnalysisSpec
-from solidwhirl.core.fields import Record
+from solidwhirl.core.fields import Record, keys_of
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_reading.schema import explanations, unit
 
@@ -99,7 +99,7 @@ def _table(record: type[Record], meanings: Mapping[str, str], owners: Mapping[st
     schema = record.model_json_schema(mode="validation")
     named = ("kind", "name") if record.__name__ in _ANALYSES else ()
     rows: dict[tuple[str, str, str], list[str]] = {}
-    for key, field in record.model_fields.items():
+    for key, field in keys_of(record).items():
         if key in named or (key == "name" and meanings[key] == "unique in its list"):
             continue
         shown = next(

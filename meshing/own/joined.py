@@ -13,9 +13,9 @@ import numpy as np
 
 from solidwhirl.geometry import Body, Feature, GeometryError, Interface, Subdivision, subdivide
 from solidwhirl.geometry.parts import PartLayout, faces_beside, layout_of
+from solidwhirl.meshing.own.features.sector import mesh_sector
 from solidwhirl.meshing.own.meridian import compact, mesh_meridian
 from solidwhirl.meshing.own.revolved import revolved, sectors_of, unfolded
-from solidwhirl.meshing.own.sector import mesh_sector
 from solidwhirl.meshing.records import FloatArray, IntArray, Mesh, MeshSize, Parts
 from solidwhirl.rotordyn.core.arrays import BoolArray
 

@@ -12,7 +12,7 @@ import numpy as np
 from solidwhirl.geometry import Blade, Body, merge_fillets, subdivide
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.own.drawing import draw, gmsh_session
-from solidwhirl.meshing.own.feature_solids import feature_solid
+from solidwhirl.meshing.own.features.solids import feature_solid
 from solidwhirl.rotordyn.core.atomic import replacing
 
 # Unit of a STEP file by its length [m], as gmsh names it.

@@ -22,6 +22,10 @@ from solidwhirl.rotordyn.superelement.rigid_body import MassProperties
 
 # [measured]: largest over the bodies of all scenes and of the tests, harmonic and solid level.
 _RESIDUAL_LIMIT = 2e-11  # [2.6e-13]; the solvers stop at 1e-12 and 1e-11
+# Slender blades: rounding of the solution is more than that. As much of it is allowed, but not more
+# than what frequencies, half as wrong, have to spare [3.2e-10, titanium blades 70 times as long as
+# thick].
+_OF_ROUNDING, _MOST_ROUNDING = 10.0, 1e-8
 # Modes without a factorisation stop at 1e-10 in the energy norm; an eigenvalue's is its square.
 _ITERATIVE_RESIDUAL_LIMIT = 1e-7
 # Relative error of the residual itself.
@@ -57,6 +61,9 @@ def verify_order(
         name = "residual of every fixed-interface mode"
         direct = isinstance(basis.factor, ConstrainedFactor)
         limit = _RESIDUAL_LIMIT if direct else _ITERATIVE_RESIDUAL_LIMIT
+        if direct and residual > limit:
+            allowed = _OF_ROUNDING * solution_rounding(operators, basis)
+            limit = max(limit, min(allowed, _MOST_ROUNDING))
         out.append(compared(name, where, residual, limit, MODES))
     name = "modes of the basis are M-orthonormal"
     out.append(compared(name, where, orthogonality, _ORTHOGONALITY_LIMIT, MODES))
@@ -93,6 +100,22 @@ def fixed_mode_errors(operators: BodyOperators, basis: Basis) -> tuple[float, fl
     apart = np.abs(gram - np.eye(len(gram))).max()
     rigid = np.abs(inner(momentum, vectors, comm)).max(initial=0.0)
     return float(residual.max()), float(max(apart, rigid))
+
+
+def solution_rounding(operators: BodyOperators, basis: Basis) -> float:
+    """Return by how much a second solution for what the first one left changes it.
+
+    In the norm and the ratio of `fixed_mode_errors`. Exact solutions would not change: what does is
+    rounding, which a residual can not fall below.
+    """
+    weight = apply(operators.mass, basis.fixed_vectors)
+    values = basis.fixed_eigenvalues - basis.shift
+    found = basis.factor.solve(weight, None)[: len(weight)]
+    left = weight - apply(operators.stiffness, found)
+    left += basis.shift * apply(operators.mass, found)
+    change = basis.factor.solve(left, None)[: len(weight)] * values
+    size = energies(operators.mass, change, operators.comm)
+    return float((np.sqrt(np.maximum(size, 0.0)) * values.min() / values).max())
 
 
 def reciprocity_error(operators: BodyOperators, basis: Basis) -> float:

@@ -178,6 +178,15 @@ class HalfSectorSpin(SectorOperator):
     def _directed(self, field: Matrix) -> Matrix:
         return np.asarray(1j * super()._directed(field).conj())
 
+    def folded(self) -> Any:
+        """As a PETSc matrix: Re[(V1 - iV2) iC (U1 - iU2)] = V1 C U2 + V2 C U1, C skew."""
+        out = self.unknowns.crossed(on_vectors([(self.directions.real, self.component)]))
+        transposed = out.copy()
+        transposed.transpose()
+        out.axpy(-1.0, transposed, PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
+        transposed.destroy()
+        return out
+
 
 def _real_times(matrix: Any, field: Matrix) -> Matrix:
     """A real matrix times a block that may be complex."""

@@ -83,7 +83,7 @@ def _inverse(finer: BodyOperators) -> Any:
     where = (np.concatenate([rows, beside]), np.concatenate([columns, beside]))
     matrix = scipy.sparse.csr_matrix((entries, where), shape=(end - start, end - start))
     unmoved = matrix.diagonal() <= 0.0
-    return _block_inverse(matrix + scipy.sparse.diags(unmoved.astype(float)))
+    return block_inverse(matrix + scipy.sparse.diags(unmoved.astype(float)))
 
 
 def _lines(space: Any) -> IntArray:
@@ -119,7 +119,7 @@ def _within(matrix: Any, line: IntArray) -> Any:
     return out
 
 
-def _block_inverse(matrix: Any) -> Any:
+def block_inverse(matrix: Any) -> Any:
     """Inverse of a block diagonal matrix, (n, n) scipy."""
     count, block = connected_components(matrix, directed=False)
     order = np.argsort(block, kind="stable")

@@ -37,26 +37,13 @@ def krylov_pairs(
 ) -> tuple[FloatArray, Matrix, FloatArray]:
     """Outer eigenpairs S x = θ x of an operator S that is symmetric in the product of P.
 
-    Parameters
-    ----------
-    operator
-        Applies S to a block (local, k).
-    product
-        P, PETSc matrix, symmetric and positive definite on the vectors that S makes.
-    first
-        Order of given θ in which pairs are wanted (indices); an end of the spectrum.
-    tolerance
-        Largest |S x - θ x| / |θ| in the norm of P.
-    least
-        |θ| below which differences do not matter.
-    outside
-        (local, f) P-orthonormal vectors of an invariant space that is left out.
-
-    Returns
-    -------
-    theta (m,), vectors (local, m), residuals (m,)
-        All leading pairs that have converged: m >= count, unless the space has fewer or the
-        iteration came to its end; P-orthonormal.
+    `operator`: applies S to a block (local, k). `product`: P, PETSc matrix, symmetric and positive
+    definite on the vectors that S makes. `first`: order of given θ in which pairs are wanted
+    (indices); an end of the spectrum. `tolerance`: largest |S x - θ x| / |θ| in the norm of P.
+    `least`: |θ| below which differences do not matter. `outside`: (local, f) P-orthonormal vectors
+    of an invariant space that is left out. Returned: θ (m,), vectors (local, m), residuals (m,) of
+    all leading pairs that have converged: m >= count, unless the space has fewer or the iteration
+    came to its end; P-orthonormal.
     """
     comm = product.comm.tompi4py()
     random = np.random.default_rng(comm.rank).standard_normal((len(outside), BLOCK))

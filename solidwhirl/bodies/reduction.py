@@ -15,8 +15,8 @@ from solidwhirl.core.versions import package_versions
 from solidwhirl.geometry import Body, MassProperties, has_stages, mass_properties
 from solidwhirl.meshing import LocalSize, Mesh, MeshSize, mesh_meridian, mesh_revolved
 from solidwhirl.meshing.imported.records import MeshedBody
+from solidwhirl.meshing.own.features.sector import mesh_sector
 from solidwhirl.meshing.own.joined import mesh_joined, without_copies
-from solidwhirl.meshing.own.sector import mesh_sector
 from solidwhirl.model.mesh_bodies import made_mesh
 from solidwhirl.model.plan_records import BodyPlan, Plan
 from solidwhirl.rotordyn import Superelement

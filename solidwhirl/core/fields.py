@@ -16,6 +16,7 @@ from pydantic import (
     ValidationInfo,
     WithJsonSchema,
 )
+from pydantic.fields import FieldInfo
 
 # strict: whole numbers stand for floats, but texts and true or false for no number
 # far beyond every rotor, and far from where products of a few numbers overflow
@@ -150,3 +151,8 @@ class Record(BaseModel):
     """Base of all scene records: frozen, no unknown keys."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=False)
+
+
+def keys_of(record: type[BaseModel]) -> dict[str, FieldInfo]:
+    """Return the fields of a record by their keys in files; one may be a word of Python."""
+    return {field.alias or name: field for name, field in record.model_fields.items()}

@@ -30,13 +30,18 @@ def build_bodies(scene: Scene) -> dict[str, geo.Body]:
                 geo.layout_of(bodies[name])
         except geo.GeometryError as error:
             raise geo.GeometryError(clean(f"bodies.{name}: {error}")) from error
-    _refuse_features_on(scene.model.level, bodies)
+    _refuse_features_on(scene.model.level, scene.model.order, bodies)
     return bodies
 
 
-def _refuse_features_on(level: str, bodies: Mapping[str, geo.Body]) -> None:
-    """A meridian holds no features, and neither does a beam."""
+def _refuse_features_on(level: str, order: int | None, bodies: Mapping[str, geo.Body]) -> None:
+    """A meridian holds no features, and neither does a beam; tetrahedra about them have order 2."""
     for name, body in bodies.items():
+        if body.features and level == "solid" and order not in (None, 2):
+            raise geo.GeometryError(
+                f"model.order: {order}, but the elements of body {name!r} have order 2, as of all "
+                "with blades, holes or slots; allowed is 2, or leave it out"
+            )
         if body.features and level in ("beam", "harmonic"):
             first = body.features[0]
             raise geo.GeometryError(

@@ -41,7 +41,7 @@ class HoleSpec(Record):
     """Equal axial holes through a section."""
 
     name: Name
-    within: Name
+    within: Annotated[Name, Field(alias="in")]
     count: FeatureCount
     pitch_radius_m: Positive
     diameter_m: Positive
@@ -52,7 +52,7 @@ class SlotSpec(Record):
     """Equal radial slots in the outer surface of a section."""
 
     name: Name
-    within: Name
+    within: Annotated[Name, Field(alias="in")]
     count: FeatureCount
     width_m: Positive
     depth_m: Positive

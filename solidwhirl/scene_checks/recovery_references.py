@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 from solidwhirl.analyses.kinds.nodal_diameters import NodalDiametersSpec
@@ -10,6 +11,8 @@ from solidwhirl.analyses.kinds.unbalance_response import UnbalanceResponseSpec
 from solidwhirl.analyses.recovery.analysis import RecoverySpec
 from solidwhirl.analyses.recovery.states import RecoveryStateSpec
 from solidwhirl.core.errors import unknown
+from solidwhirl.geometry.features import FEWEST
+from solidwhirl.scene.features import BladeSpec, HoleSpec, SlotSpec
 from solidwhirl.scene.records import Scene
 
 
@@ -51,9 +54,29 @@ def no_solid(scene: Scene, body: str) -> str:
     return ""
 
 
+def no_common_sector(scene: Scene, name: str) -> str:
+    """Why a body of sections has no equal sectors; empty if it has."""
+    if name not in scene.bodies:
+        return ""
+    body = scene.bodies[name]
+    groups = (group.blades.count for group in body.stage_groups if group.blades is not None)
+    own: list[BladeSpec | HoleSpec | SlotSpec] = [*body.blades, *body.holes, *body.slots]
+    counts = [*(feature.count for feature in own), *(n for several in groups for n in several)]
+    if not counts or math.gcd(*counts) >= FEWEST:
+        return ""
+    told = ", ".join(str(n) for n in sorted(set(counts)))
+    return f"the features of {name!r} have the counts {told}, which no sector has in common"
+
+
 def _problems(scene: Scene, spec: RecoverySpec) -> Iterator[str]:
     known = scene.interface_names()
     for k, body in enumerate(spec.bodies):
+        why = no_common_sector(scene, body)
+        if why:
+            yield (
+                f"bodies[{k}]: {why}; displacement and stress are recovered of equal sectors: give "
+                "counts with a common divisor of 3 or more, or describe each stage as a body"
+            )
         if body in known and body not in scene.finite_element_bodies():
             yield (
                 f"bodies[{k}]: {body!r} is no solid; only [bodies.NAME] and [mesh_bodies.NAME] "

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -15,11 +14,9 @@ from solidwhirl.analyses.kinds.separation_margins import SeparationMarginsSpec
 from solidwhirl.analyses.kinds.stiffness_study import StiffnessStudySpec
 from solidwhirl.analyses.registry import AnalysisSpec
 from solidwhirl.core.errors import unknown
-from solidwhirl.geometry.features import FEWEST
-from solidwhirl.scene.features import BladeSpec, HoleSpec, SlotSpec
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import acting_on, is_off_axis
-from solidwhirl.scene_checks.recovery_references import no_solid
+from solidwhirl.scene_checks.recovery_references import no_common_sector, no_solid
 from solidwhirl.scene_reading.weight import weight_problems
 
 # Keys of analyses by what they name.
@@ -85,28 +82,17 @@ def _further_problems(scene: Scene, spec: AnalysisSpec) -> Iterator[str]:
         yield "operating: missing; give it here or as [[operating]] of the scene"
 
 
-def _feature_counts(scene: Scene, name: str) -> list[int]:
-    """Counts of all blades, holes and slots of a body of sections."""
-    if name not in scene.bodies:
-        return []
-    body = scene.bodies[name]
-    groups = (group.blades.count for group in body.stage_groups if group.blades is not None)
-    own: list[BladeSpec | HoleSpec | SlotSpec] = [*body.blades, *body.holes, *body.slots]
-    return [*(feature.count for feature in own), *(n for counts in groups for n in counts)]
-
-
 def _nodal_problems(scene: Scene, spec: NodalDiametersSpec) -> Iterator[str]:
     """A body without a mesh, and interfaces that it has not."""
     why = no_solid(scene, spec.body)
     if why:
         yield f"body: {why}"
         return
-    counts = _feature_counts(scene, spec.body)
-    if counts and math.gcd(*counts) < FEWEST:
+    why = no_common_sector(scene, spec.body)
+    if why:
         yield (
-            f"body: the features of {spec.body!r} have the counts "
-            f"{', '.join(str(n) for n in sorted(set(counts)))}; nodal diameters are those of equal "
-            "sectors: describe each stage as a body of its own, held where it joins the others"
+            f"body: {why}; nodal diameters are those of equal sectors: describe each stage as a "
+            "body of its own, held where it joins the others"
         )
     known = list(scene.interface_names()[spec.body])
     for k, name in enumerate(spec.held):

@@ -13,6 +13,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from solidwhirl.core.errors import Problem, SceneError, clean, meant
+from solidwhirl.core.fields import keys_of
 from solidwhirl.model.imported_bodies import with_files_read
 from solidwhirl.scene.meshes import with_digests
 from solidwhirl.scene.records import Scene, without_folders
@@ -173,7 +174,7 @@ def _explained(error: Any, root: type[BaseModel]) -> list[str]:
     path = tuple(part for part in location if part != "[key]")
     lines: list[str] = [Problem(_explain(error, root), path)]
     if error["type"] == "union_tag_not_found" and isinstance(error.get("input"), dict):
-        known = {key for record in _kinds(union).values() for key in record.model_fields}
+        known = {key for record in _kinds(union).values() for key in keys_of(record)}
         for key in [k for k in error["input"] if k not in known][:_MAXIMUM_PROBLEMS]:
             text = f"{_key((*location, key))}: unknown key; {meant(key, known)}"
             lines.append(Problem(text.rstrip("; "), (*path, key)))
@@ -188,7 +189,7 @@ def _explain(error: Any, root: type[BaseModel]) -> str:
     kind = error["type"]
     if kind == "extra_forbidden":
         _, holder = _in_file(error["loc"][:-1], root)
-        names = list(holder.model_fields) if _is_record(holder) else []
+        names = list(keys_of(holder)) if _is_record(holder) else []
         hint = meant(str(location[-1]), names) or ("allowed are " + ", ".join(names))
         return f"{where}: unknown key" + (f"; {hint.strip()}" if names else "")
     if kind == "missing":
@@ -258,7 +259,7 @@ def _in_file(location: tuple[Any, ...], root: type[BaseModel]) -> tuple[tuple[An
             continue
         keys.append(part)
         if _is_record(current):
-            field = current.model_fields.get(str(part))
+            field = keys_of(current).get(str(part))
             current = _bare(field.annotation) if field is not None else None
         else:
             current = _element(current)

@@ -9,8 +9,8 @@ import pytest
 
 from solidwhirl.geometry import MATERIALS, Blade, Body, Section
 from solidwhirl.meshing import MeshingError, MeshSize, refined_sector
+from solidwhirl.meshing.own.features.sector import mesh_sector
 from solidwhirl.meshing.own.prediction import predict_refined
-from solidwhirl.meshing.own.sector import mesh_sector
 
 STEEL = MATERIALS["steel"]
 SIZE = MeshSize(size_m=0.02, corner_size_m=0.008, growth=0.6, through_thickness=1.2)

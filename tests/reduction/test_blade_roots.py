@@ -10,7 +10,7 @@ from numpy.polynomial import polynomial as poly
 
 from solidwhirl.geometry import Blade, Body, Interface, Material, Section
 from solidwhirl.meshing import MeshSize
-from solidwhirl.meshing.own.sector import mesh_sector
+from solidwhirl.meshing.own.features.sector import mesh_sector
 from solidwhirl.reduction.body.cyclic_indices import CyclicRequest, reduce_indices
 from solidwhirl.rotordyn import nodal_diameters as nd
 

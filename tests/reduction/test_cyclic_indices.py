@@ -10,8 +10,8 @@ from mpi4py import MPI
 
 from solidwhirl.geometry import Blade, Body, Interface, Material, Section
 from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_revolved
+from solidwhirl.meshing.own.features.sector import mesh_sector
 from solidwhirl.meshing.own.revolved import unfolded
-from solidwhirl.meshing.own.sector import mesh_sector
 from solidwhirl.reduction import ReductionError
 from solidwhirl.reduction.basis.overspeed import speed_without_stiffness
 from solidwhirl.reduction.body.cyclic_indices import CyclicRequest, reduce_indices

@@ -12,7 +12,7 @@ from shapes import plane, section
 
 from solidwhirl.geometry import Blade, Material
 from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_revolved
-from solidwhirl.meshing.own.sector import mesh_sector
+from solidwhirl.meshing.own.features.sector import mesh_sector
 from solidwhirl.reduction import reduce_body
 from solidwhirl.reduction.recovery.fields import body_fields
 from solidwhirl.reduction.recovery.spatial_fields import in_space, values_at

@@ -14,9 +14,9 @@ from shapes import body as body_of
 
 from solidwhirl.geometry import Blade, Interface
 from solidwhirl.meshing import MeshSize, mesh_revolved
+from solidwhirl.meshing.own.features.sector import mesh_sector
 from solidwhirl.meshing.own.joined import mesh_joined
 from solidwhirl.meshing.own.revolved import unfolded
-from solidwhirl.meshing.own.sector import mesh_sector
 from solidwhirl.meshing.own.whole import whole_mesh
 
 pytestmark = pytest.mark.solver

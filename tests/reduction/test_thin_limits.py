@@ -19,7 +19,7 @@ from scipy.special import iv, jv, kv, yv
 
 from solidwhirl.geometry import Blade, Body, Interface, Material, Section
 from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_revolved
-from solidwhirl.meshing.own.sector import mesh_sector
+from solidwhirl.meshing.own.features.sector import mesh_sector
 from solidwhirl.reduction.body.cyclic_indices import CyclicRequest, reduce_indices
 from solidwhirl.rotordyn import nodal_diameters as nd
 

@@ -12,11 +12,26 @@ import numpy as np
 import pytest
 
 sys.path.append(str(Path(__file__).parents[1] / "rotordyn"))
+sys.path.append(str(Path(__file__).parent))
 from rotors import connect, polynomial_law, steel_shaft, turning
 
 from solidwhirl import rotordyn as rd
 
 ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture
+def four_points(monkeypatch):
+    """Integrate all of an element at four points, as CalculiX does."""
+
+    import ufl
+
+    from solidwhirl.reduction.operators import forms
+
+    def measure(domain, kin, degree):
+        return ufl.Measure("dx", domain=domain, metadata={"quadrature_degree": 2})
+
+    monkeypatch.setattr(forms, "measure", measure)
 
 
 @pytest.fixture(scope="session")

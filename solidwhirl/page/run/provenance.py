@@ -65,5 +65,5 @@ def _scene_text(run: Run) -> Listing:
     path = run.scene_path
     if path is not None and path.is_file():
         return Listing(text=path.read_text(encoding="utf-8"), folded=f"Scene file: {path.name}")
-    text = run.results.scene.model_dump_json(indent=1, exclude_defaults=True)
+    text = run.results.scene.model_dump_json(indent=1, exclude_defaults=True, by_alias=True)
     return Listing(text=text, folded="The scene as JSON, keys at their defaults left out")

@@ -140,10 +140,22 @@ def test_plan_says_who_keeps_motions_that_nothing_acts_on():
     assert "but in casing" in why["torsion"]
 
 
-def test_nodal_diameters_of_stages_without_a_common_sector(scene_data):
+NODAL = {"kind": "nodal_diameters", "body": "drum", "to_rpm": 9000}
+STATE = {"name": "a", "mode": 1, "speed_rpm": 0}
+FIELDS = {"kind": "recovery", "bodies": ["drum"], "states": [STATE]}
+
+
+@pytest.mark.parametrize(
+    ("analysis", "message"),
+    [
+        (NODAL, r"analyses\[0\]\.body: .* counts 24, 31, 37, .* own"),
+        (FIELDS, r"analyses\[0\]\.bodies\[0\]: .* counts 24, 31, 37, .* divisor"),
+    ],
+)
+def test_fields_of_stages_without_a_common_sector(scene_data, analysis, message):
     data = scene_data("drum_stages")
-    data["analyses"] = [{"kind": "nodal_diameters", "body": "drum", "to_rpm": 9000}]
-    with pytest.raises(SceneError, match=r"analyses\[0\]\.body: .* counts 24, 31, 37; .* own"):
+    data["analyses"] = [analysis]
+    with pytest.raises(SceneError, match=message):
         parse_scene(data)
     data["bodies"]["drum"]["blades"] = data["bodies"]["drum"]["blades"][:1]
-    assert parse_scene(data).analyses[0].body == "drum"
+    assert parse_scene(data).analyses[0].kind == analysis["kind"]

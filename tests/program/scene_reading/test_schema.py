@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from solidwhirl.cli import app
-from solidwhirl.core.fields import Record
+from solidwhirl.core.fields import Record, keys_of
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_reading.schema import explanations, results_schema, scene_schema, unit
 
@@ -81,7 +81,7 @@ def test_every_key_is_explained_once():
         for field in queue.pop().model_fields.values():
             for record in records_in(field.annotation):
                 if record.__name__ not in found:
-                    found[record.__name__] = set(record.model_fields)
+                    found[record.__name__] = set(keys_of(record))
                     queue.append(record)
     assert {name: set(keys) for name, keys in explanations().items()} == found
     assert all(text for keys in explanations().values() for text in keys.values())

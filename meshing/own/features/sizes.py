@@ -7,8 +7,8 @@ import numpy as np
 
 from solidwhirl.geometry import Blade, Body, Hole, Section, Slot, Subdivision
 from solidwhirl.meshing.own import drawing as drawn
-from solidwhirl.meshing.own.cut import Cut, section_named
-from solidwhirl.meshing.own.feature_solids import Solids, slot_ranges
+from solidwhirl.meshing.own.features.cut import Cut, section_named
+from solidwhirl.meshing.own.features.solids import Solids, slot_ranges
 from solidwhirl.meshing.records import FloatArray, LocalSize, MeshSize
 from solidwhirl.rotordyn.core.arrays import BoolArray
 

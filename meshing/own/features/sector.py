@@ -12,8 +12,9 @@ import numpy as np
 from solidwhirl.geometry import Blade, Body, Material, Subdivision, merge_fillets, subdivide
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.own import drawing as drawn
-from solidwhirl.meshing.own.cut import Cut, angles_of, choose_cut
-from solidwhirl.meshing.own.feature_solids import DimTags, Solids, feature_solid
+from solidwhirl.meshing.own.features.cut import Cut, angles_of, choose_cut
+from solidwhirl.meshing.own.features.sizes import set_sizes
+from solidwhirl.meshing.own.features.solids import DimTags, Solids, feature_solid
 from solidwhirl.meshing.own.meridian import (
     TETRAHEDRON10,
     TRIANGLE6,
@@ -22,7 +23,6 @@ from solidwhirl.meshing.own.meridian import (
     element_blocks,
     node_table,
 )
-from solidwhirl.meshing.own.sector_sizes import set_sizes
 from solidwhirl.meshing.own.solid import distance_to_curve
 from solidwhirl.meshing.own.whole import cut_partners, turned
 from solidwhirl.meshing.records import (

@@ -9,8 +9,8 @@ import numpy as np
 
 from solidwhirl.geometry import Blade, Body, Feature, Hole, Section, Slot
 from solidwhirl.meshing.errors import MeshingError
-from solidwhirl.meshing.own.cut import blade_corners, root_outline, section_named
 from solidwhirl.meshing.own.drawing import drawn_length
+from solidwhirl.meshing.own.features.cut import blade_corners, root_outline, section_named
 from solidwhirl.meshing.records import FloatArray
 
 DimTags = list[tuple[int, int]]
