@@ -127,14 +127,21 @@ def chosen_scene(path: Path, level: str | None, accuracy: float | None) -> Scene
 
     Raises SceneError: the file or an option is refused.
     """
+    from solidwhirl.scene_checks.recovery_references import recovery_problems
+    from solidwhirl.scene_reading.analysis_checks import analysis_problems
     from solidwhirl.scene_reading.reader import read_scene, with_model
 
     scene = read_scene(path)
     try:
-        return with_model(scene, level=level, accuracy=accuracy)
+        changed = with_model(scene, level=level, accuracy=accuracy)
     except ValidationError as error:
         problems = [_option_problem(e) for e in error.errors()]
         raise SceneError("command line", problems) from error
+    # what an analysis needs may be there on the scene's own level alone
+    problems = [f"--level: {p}" for p in (*recovery_problems(changed), *analysis_problems(changed))]
+    if problems:
+        raise SceneError("command line", problems)
+    return changed
 
 
 def _option_problem(error: Any) -> str:

@@ -85,10 +85,15 @@ SUITE = "is the tests, or the checks beside them"
 CONTAINER = "builds a Debian of its own, as root and from the network"
 MEASURES = "measures time, minutes to hours; what it measured is in the page"
 DRY = "hours of the command `run` or `study`; what it would start is tested below"
+GUIDE = "tools/guide_pictures.py runs the scene of the page for its pictures, minutes"
 # Beginning of a command -> why it is not run.
 NOT_RUN = {
     "make pipeline": INSTALLS,
     ". .venv/bin/activate": "changes the shell of the reader; the tests run inside .venv",
+    "tools/setup.sh ": INSTALLS,
+    "solidwhirl plan wheel.toml": GUIDE,
+    "solidwhirl run wheel.toml": GUIDE,
+    "solidwhirl pictures wheel.toml": GUIDE,
     "make test": SUITE,
     "make check": SUITE,
     "make verify": SUITE,
