@@ -15,15 +15,25 @@ from typing import Literal
 
 import numpy as np
 
-from solidwhirl.geometry import Body, Subdivision, merge_fillets, subdivide
+from solidwhirl.geometry import (
+    Blade,
+    Body,
+    Hole,
+    Subdivision,
+    merge_fillets,
+    mirror_angle,
+    sector_count,
+    subdivide,
+)
 from solidwhirl.meshing.own.drawing import face_bounds, face_edges, graded_places
+from solidwhirl.meshing.own.features.sizes import AROUND_HOLE
 from solidwhirl.meshing.own.quality import doubled_areas
 from solidwhirl.meshing.records import FloatArray, IntArray, LocalSize, MeshSize
 
 # Equilateral triangle and regular tetrahedron of edge 1.
 _TRIANGLE, _TETRAHEDRON = np.sqrt(3.0) / 4.0, np.sqrt(2.0) / 12.0
 # All the following was measured on gmsh's meshes. Tetrahedra for each regular one, and what every
-# triangle on the skins of the four quarters adds.
+# triangle on the skins adds.
 _TETRAHEDRA, _BY_SKIN = 0.65, 1.1
 # Where the size grows by g per length, edges are shorter than asked for by 1 + 0.7 g.
 _STEEPER = 0.7
@@ -83,7 +93,8 @@ class PredictedMesh:
 def predict_mesh(body: Body, size: MeshSize, kind: MeshKind) -> PredictedMesh:
     """Predict the numbers of a mesh: a meridian, revolved or not, within a factor 1.5.
 
-    `kind`: "solid" is a sector of a body with features. Raises GeometryError: an invalid body.
+    `kind`: "solid" is a sector of a body with features, or the whole of one without. Raises
+    GeometryError: an invalid body.
 
     Where a section is thinner than its elements are long, the edges (triangles) of its outline
     count instead. Vertices, edges and facets are related by Euler's formula.
@@ -96,7 +107,7 @@ def predict_mesh(body: Body, size: MeshSize, kind: MeshKind) -> PredictedMesh:
         return meridian
     if kind == "revolved":
         return predict_revolved(meridian)
-    return _solid(subdivision, places, size.growth, bounds, meridian)
+    return _sector(body, size, (subdivision, places, bounds), meridian)
 
 
 def predict_revolved(meridian: PredictedMesh) -> PredictedMesh:
@@ -226,29 +237,35 @@ def _meridian(
     )
 
 
-def _solid(
-    subdivision: Subdivision,
-    places: FloatArray,
-    growth: float,
-    bounds: list[float],
+def _sector(
+    body: Body,
+    size: MeshSize,
+    drawn: tuple[Subdivision, FloatArray, list[float]],
     meridian: PredictedMesh,
 ) -> PredictedMesh:
-    """Tetrahedra of the swept faces and triangles of the surface, then Euler's formula."""
-    regular = 0.0
+    """Tetrahedra of the swept faces and of blades, triangles of the surface, Euler's formula.
+
+    Without features it is the whole, of four quarters with two cut faces each. Slots are left out,
+    and what holes take away. `drawn`: subdivision, graded places and bounds of its faces.
+    """
+    subdivision, places, bounds = drawn
+    width = 2.0 * np.pi * _share_of_circle(body)
 
     def around(x: FloatArray, h: FloatArray) -> FloatArray:
-        return np.asarray(2.0 * np.pi * x[:, 1] / (_TRIANGLE * h**2))
+        return np.asarray(width * x[:, 1] / (_TRIANGLE * h**2))
 
+    regular = 0.0
     for face, bound in zip(subdivision.faces, bounds, strict=True):
-        size = _ElementSize(places=places, growth=growth, bound=bound)
+        graded = _ElementSize(places=places, growth=size.growth, bound=bound)
         p, _ = face_edges(subdivision, face)
-        regular += _over_polygon(
-            p, size, lambda x, h: 2.0 * np.pi * x[:, 1] / (_TETRAHEDRON * h**3)
-        )
-    swept = _along_curves(subdivision, places, growth, bounds, around)
-    # every quarter has two cut faces
-    cells = _TETRAHEDRA * regular + _BY_SKIN * (swept.sum() + 8.0 * meridian.cells)
-    surface = sum(swept[c] for c in subdivision.boundary)
+        regular += _over_polygon(p, graded, lambda x, h: width * x[:, 1] / (_TETRAHEDRON * h**3))
+    swept = _along_curves(subdivision, places, size.growth, bounds, around)
+    volumes, skins = _of_features(body, size)
+    inside, cut = (0.0, 2.0) if body.features else (8.0, 0.0)
+    skins += cut * meridian.cells
+    walls = swept.sum() + skins + inside * meridian.cells
+    cells = _TETRAHEDRA * (regular + volumes) + _BY_SKIN * walls
+    surface = sum(swept[c] for c in subdivision.boundary) + skins
     vertices = max(_PER_TETRAHEDRON * cells + _PER_SURFACE * surface, 4.0)
     return PredictedMesh(
         dimension=3,
@@ -257,7 +274,54 @@ def _solid(
         edges=round(vertices + cells + 0.5 * surface),
         facets=round(2.0 * cells + 0.5 * surface),
         graded_places=len(places),
+        cut_face=meridian if body.features else None,
     )
+
+
+def _share_of_circle(body: Body) -> float:
+    """Part of the circle that a mesh holds."""
+    if not body.features:
+        return 1.0
+    count = sector_count(body.features)
+    if count < 3:  # stages that are computed apart: each is about as large as the largest
+        return 1.0 / min(f.count for f in body.features)
+    return (0.5 if mirror_angle(body) is not None else 1.0) / count
+
+
+def _of_features(body: Body, size: MeshSize) -> tuple[float, float]:
+    """Regular tetrahedra in blades, at their roots and about holes, triangles of their surfaces."""
+    share, volumes, skins = _share_of_circle(body), 0.0, 0.0
+    for feature in body.features:
+        if isinstance(feature, Blade):
+            own = _of_blade(feature, size)
+        elif isinstance(feature, Hole):
+            within = next(s for s in body.sections if s.name == feature.within)
+            own = _of_hole(feature, within.end_m - within.start_m, size)
+        else:
+            continue
+        volumes += share * feature.count * own[0]
+        skins += share * feature.count * own[1]
+    return volumes, skins
+
+
+def _of_blade(blade: Blade, size: MeshSize) -> tuple[float, float]:
+    """Regular tetrahedra and triangles of one blade; its root is graded to the half space below."""
+    thick, chord = (0.5 * sum(ends) for ends in (blade.thickness_m, blade.chord_m))
+    thin = min(thick, chord, blade.length_m)
+    h = min(size.size_m, 1.5 * thin / size.through_thickness)
+    inside = blade.length_m * chord * thick / h**3
+    # ∫ π ρ dρ / (e + g ρ)³ along the root
+    root = np.pi * (chord + thick) / (size.growth**2 * min(size.corner_size_m, h))
+    surface = 2.0 * blade.length_m * (chord + thick) / h**2
+    return (inside + root) / _TETRAHEDRON, surface / _TRIANGLE
+
+
+def _of_hole(hole: Hole, depth_m: float, size: MeshSize) -> tuple[float, float]:
+    """Regular tetrahedra about one hole, whose size grows from its wall, and triangles of it."""
+    edge, radius = min(size.size_m, np.pi * hole.diameter_m / AROUND_HOLE), 0.5 * hole.diameter_m
+    # ∫ 2π ρ dρ / (e + g (ρ - R))³ from the wall on
+    about = np.pi * (radius / edge**2 + 1.0 / (size.growth * edge)) / size.growth
+    return depth_m * about / _TETRAHEDRON, 2.0 * np.pi * radius * depth_m / edge**2 / _TRIANGLE
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

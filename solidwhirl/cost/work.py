@@ -257,19 +257,24 @@ def _problem_s(
         "projection": _law(f"{key}.projection", unknowns, problem.columns),
     }
     if estimates:
-        out["error_estimate"] = _estimate_s(key, plan, mesh, problem)
+        out["error_estimate"] = _estimate_s(kind, plan, mesh, problem)
     return out
 
 
-def _estimate_s(key: str, plan: BodyPlan, mesh: PredictedMesh, problem: _Problem) -> float:
-    """Seconds of the residual solves, and of the mesh with elements one order higher."""
+def _estimate_s(kind: MeshKind, plan: BodyPlan, mesh: PredictedMesh, problem: _Problem) -> float:
+    """Seconds of the residual solves, and of elements one order higher.
+
+    These are factorised on a meridian, and relaxed in a sector, whatever its elements are.
+    """
     degree = resolution_of(plan).degree
-    finer = f"{key.partition('.')[0]}.{degree + 1}"
-    finer = finer if f"{finer}.factorisation" in measured.LAWS else key
+    key, finer = f"{kind}.{degree}", f"{kind}.{degree + 1}"
     residuals, solved = 3 * problem.columns, mesh.unknowns(degree)
     spent = _solutions(key, solved, residuals, plan.solver == "iterative")
     if problem.order is None:
         return spent + _law(f"{key}.estimate", solved, problem.columns)
+    if kind != "harmonic":
+        return spent + _law(f"revolved.{degree}.estimate", solved, problem.columns)
+    finer = finer if f"{finer}.factorisation" in measured.LAWS else key
     unknowns = mesh.unknowns(degree + 1)
     return (
         spent
@@ -316,20 +321,24 @@ def _memory_gib(
 ) -> float:
     """Memory of one order beyond the program: matrices and factors, vectors of the basis."""
     degree = resolution_of(plan).degree
-    finer, unknowns = estimates and problem.order is not None, mesh.unknowns(degree)
+    unknowns = mesh.unknowns(degree)
+    estimated = estimates and problem.order is not None
+
+    def law(name: str) -> tuple[float, float]:
+        gib, power, copies = measured.MEMORY[name]
+        return gib * (unknowns / _UNKNOWNS) ** power, copies
+
     if kind == "solid":
-        # the solver alone was measured up to larger sizes; a sector's estimate is of one order more
-        gib, power, copies = measured.MEMORY[f"{kind}.{degree}.reduction"]
-        alone = _solver(
-            f"{'iterative' if plan.solver == 'iterative' else 'direct'}.memory_gib",
-            mesh.unknowns(degree + finer),
-        )
-        own = gib * (unknowns / _UNKNOWNS) ** power
-        own = alone if plan.solver == "iterative" else max(own, alone)
+        # the solver alone was measured up to larger sizes
+        solver = "iterative" if plan.solver == "iterative" else "direct"
+        own, copies = law(f"{kind}.{degree}.reduction")
+        alone = _solver(f"{solver}.memory_gib", unknowns)
+        own = alone if solver == "iterative" else max(own, alone)
+        if estimated:
+            finer, more = law(f"revolved.{degree}.estimate")
+            own, copies = max(own, finer), max(copies, more)
     else:
-        what = "estimate" if finer else "reduction"
-        gib, power, copies = measured.MEMORY[f"{kind}.{degree}.{what}"]
-        own = gib * (unknowns / _UNKNOWNS) ** power
+        own, copies = law(f"{kind}.{degree}.{'estimate' if estimated else 'reduction'}")
     return float(own + copies * 8.0 * unknowns * problem.columns / 1024.0**3)
 
 

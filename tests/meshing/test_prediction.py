@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from shapes import STEEL, interface, section
 from shapes import body as body_of
-from shapes import interface, section
 
 from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_revolved
 from solidwhirl.meshing.own.prediction import PredictedMesh, predict_mesh
@@ -147,3 +147,28 @@ def test_finer_sizes_never_make_fewer_elements(reference_rotor, kind):
     ]
     assert cells == sorted(cells)
     assert cells[-1] > 2 * cells[0]
+
+
+@pytest.mark.parametrize("corner_m", [0.01, 0.005])
+def test_sector_of_blades_and_holes_within_a_factor_of_one_and_a_half(corner_m):
+    """Mirrored and not; nodes with those of the cut face, which the unknowns leave out."""
+    from solidwhirl.geometry import Blade, Hole
+    from solidwhirl.meshing.own.features.sector import mesh_sector
+
+    disk = body_of(section("disk", -0.01, 0.01, 0.03, 0.12))
+    holes = Hole(name="holes", within="disk", count=8, pitch_radius_m=0.08, diameter_m=0.02)
+    ends = {"length_m": 0.05, "chord_m": (0.018, 0.018), "thickness_m": (0.004, 0.003)}
+    ends |= {"stagger_deg": (30.0, 45.0), "material": STEEL}
+    blades = Blade(name="blades", on="disk", count=24, **ends)
+    size = MeshSize(size_m=0.04, corner_size_m=corner_m, growth=0.6)
+    for features in ((holes,), (blades,), (holes, blades)):
+        body = replace(disk, features=features)
+        mesh, found = mesh_sector(body, size), predict_mesh(body, size, "solid")
+        assert 1 / 1.5 < found.cells / len(mesh.cells) < 1.5, features
+        assert 1 / 1.5 < found.unknowns(1) / 6 / (counted(mesh).vertices - cut_vertices(mesh)) < 1.5
+
+
+def cut_vertices(mesh):
+    """Vertices in the plane θ = 0, where the sector begins."""
+    corners = mesh.points[np.unique(mesh.cells[:, :4])]
+    return int((np.abs(corners[:, 1]) < 1e-9).sum())

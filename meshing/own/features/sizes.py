@@ -12,8 +12,8 @@ from solidwhirl.meshing.own.features.solids import Solids, slot_ranges
 from solidwhirl.meshing.records import FloatArray, LocalSize, MeshSize
 from solidwhirl.rotordyn.core.arrays import BoolArray
 
-# Elements around a hole.
-_AROUND_HOLE = 12
+#: Elements around a hole.
+AROUND_HOLE = 12
 # Points along a graded curve, from which distances are measured: at most so many.
 _MOST_SAMPLES = 400
 # What lies nearer to a plane than this part of the body's size lies in it.
@@ -93,7 +93,7 @@ def _graded_curves(
         if isinstance(feature, Slot):
             reentrant |= inner & _inside_edges(feature, section, own, near)
         else:
-            edge = min(size.size_m, np.pi * feature.diameter_m / _AROUND_HOLE)
+            edge = min(size.size_m, np.pi * feature.diameter_m / AROUND_HOLE)
             out.append((tags[_on_wall(feature, section, own, near)], edge))
     out.append((tags[reentrant], size.corner_size_m))
     return [([int(t) for t in on], edge) for on, edge in out if len(on)]
