@@ -105,6 +105,7 @@ NOT_RUN = {
     "make bench": MEASURES,
     "make scenes": DRY,
     "make study": DRY,
+    ".venv/bin/solidwhirl study scenes/reference_solid.toml": DRY,
     "sbatch sweep.sh": "needs Slurm;"
     " tests/program/batch/test_batch.py runs such a script without it",
 }
