@@ -137,6 +137,8 @@ def chosen_scene(path: Path, level: str | None, accuracy: float | None) -> Scene
     except ValidationError as error:
         problems = [_option_problem(e) for e in error.errors()]
         raise SceneError("command line", problems) from error
+    if level is None:  # its analyses were looked at with the file
+        return changed
     # what an analysis needs may be there on the scene's own level alone
     problems = [f"--level: {p}" for p in (*recovery_problems(changed), *analysis_problems(changed))]
     if problems:
