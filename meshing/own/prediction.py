@@ -164,6 +164,21 @@ def _refined_sector(local: LocalSize) -> PredictedMesh:
     cut = outer[(np.abs(local.points[outer, 1]) < _IN_PLANE * size).all(axis=1)]
     surface, across = (_triangles(local, rows) for rows in (outer, cut))
     cells = _TETRAHEDRA * regular + _BY_SKIN * surface
+    face = PredictedMesh(
+        dimension=2,
+        cells=round(across),
+        vertices=max(round(0.5 * across), 3),
+        edges=max(round(1.5 * across), 3),
+        facets=0,
+        graded_places=0,
+    )
+    return _tetrahedra(cells, surface, 0, face)
+
+
+def _tetrahedra(
+    cells: float, surface: float, places: int, cut_face: PredictedMesh | None
+) -> PredictedMesh:
+    """Numbers of so many tetrahedra with so many triangles around them, by Euler's formula."""
     vertices = max(_PER_TETRAHEDRON * cells + _PER_SURFACE * surface, 4.0)
     return PredictedMesh(
         dimension=3,
@@ -171,15 +186,8 @@ def _refined_sector(local: LocalSize) -> PredictedMesh:
         vertices=round(vertices),
         edges=round(vertices + cells + 0.5 * surface),
         facets=round(2.0 * cells + 0.5 * surface),
-        graded_places=0,
-        cut_face=PredictedMesh(
-            dimension=2,
-            cells=round(across),
-            vertices=max(round(0.5 * across), 3),
-            edges=max(round(1.5 * across), 3),
-            facets=0,
-            graded_places=0,
-        ),
+        graded_places=places,
+        cut_face=cut_face,
     )
 
 
@@ -266,16 +274,8 @@ def _sector(
     walls = swept.sum() + skins + inside * meridian.cells
     cells = _TETRAHEDRA * (regular + volumes) + _BY_SKIN * walls
     surface = sum(swept[c] for c in subdivision.boundary) + skins
-    vertices = max(_PER_TETRAHEDRON * cells + _PER_SURFACE * surface, 4.0)
-    return PredictedMesh(
-        dimension=3,
-        cells=round(cells),
-        vertices=round(vertices),
-        edges=round(vertices + cells + 0.5 * surface),
-        facets=round(2.0 * cells + 0.5 * surface),
-        graded_places=len(places),
-        cut_face=meridian if body.features else None,
-    )
+    face = meridian if body.features else None
+    return _tetrahedra(cells, surface, len(places), face)
 
 
 def _share_of_circle(body: Body) -> float:
