@@ -274,8 +274,8 @@ def _sector(
     walls = swept.sum() + skins + inside * meridian.cells
     cells = _TETRAHEDRA * (regular + volumes) + _BY_SKIN * walls
     surface = sum(swept[c] for c in subdivision.boundary) + skins
-    face = meridian if body.features else None
-    return _tetrahedra(cells, surface, len(places), face)
+    cut_face = meridian if body.features else None
+    return _tetrahedra(cells, surface, len(places), cut_face)
 
 
 def _share_of_circle(body: Body) -> float:
