@@ -322,15 +322,20 @@ class Dispatch:
             future.add_done_callback(partial(self._ended, number))
 
     def _ended(self, number: int, future: Future[BatchRow]) -> None:
-        """In a thread of the executor."""
-        try:
-            self._put(number, future.result())
-        except KeyboardInterrupt:  # a worker was asked to end: all are, if they are not already
-            self._fail(number, None)
-            _thread.interrupt_main(signal.SIGTERM)
-        except BaseException as error:
-            self._fail(number, error)
-        self._submit()
+        """In a thread of the executor.
+
+        One step for whoever waits: between a case that has ended and the next there is no moment
+        without any, which would be taken for the end.
+        """
+        with self._changed:
+            try:
+                self._put(number, future.result())
+            except KeyboardInterrupt:  # a worker was asked to end: all are, if they are not already
+                self._fail(number, None)
+                _thread.interrupt_main(signal.SIGTERM)
+            except BaseException as error:
+                self._fail(number, error)
+            self._submit()
 
     def _fail(self, number: int, error: BaseException | None) -> None:
         """Begin nothing more, as an executor broke or rows can't be written."""

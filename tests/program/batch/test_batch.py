@@ -228,6 +228,19 @@ def test_memory_is_never_promised_twice_and_all_cases_run(needs, workers, ends):
         assert sum(taken) <= 10.0 + 1e-9 or len(taken) == 1
 
 
+def test_all_cases_run_where_the_next_is_handed_in_late(monkeypatch):
+    submit = Dispatch._submit
+
+    def late(self):
+        time.sleep(0.05)  # as of a thread that others keep from running
+        submit(self)
+
+    monkeypatch.setattr(Dispatch, "_submit", late)
+    executor = Held()
+    dispatched(executor, [12.0, 11.0, 13.0])  # one at a time
+    assert executor.begun == ["0", "1", "2"]
+
+
 def test_team_on_two_nodes_takes_of_each_its_share():
     # ranks 0 and 1 on a, 2 and 3 on b: team 0 on a, team 1 on both, team 2 on b
     on_a, on_both, on_b = shares = [{"a": 1.0}, {"a": 0.5, "b": 0.5}, {"b": 1.0}]
