@@ -26,7 +26,7 @@ from solidwhirl.geometry import (
     subdivide,
 )
 from solidwhirl.meshing.own.drawing import face_bounds, face_edges, graded_places
-from solidwhirl.meshing.own.features.sizes import AROUND_HOLE
+from solidwhirl.meshing.own.features.sizes import AROUND
 from solidwhirl.meshing.own.quality import doubled_areas
 from solidwhirl.meshing.records import FloatArray, IntArray, LocalSize, MeshSize
 
@@ -262,12 +262,22 @@ def _sector(
     def around(x: FloatArray, h: FloatArray) -> FloatArray:
         return np.asarray(width * x[:, 1] / (_TRIANGLE * h**2))
 
+    def bent(x: FloatArray, h: FloatArray) -> FloatArray:
+        most = 2.0 * np.pi * x[:, 1] / AROUND
+        return around(x, np.minimum(h, np.maximum(most, 0.1 * size.corner_size_m)))
+
     regular = 0.0
     for face, bound in zip(subdivision.faces, bounds, strict=True):
         graded = _ElementSize(places=places, growth=size.growth, bound=bound)
         p, _ = face_edges(subdivision, face)
         regular += _over_polygon(p, graded, lambda x, h: width * x[:, 1] / (_TETRAHEDRON * h**3))
     swept = _along_curves(subdivision, places, size.growth, bounds, around)
+    if body.features:
+        z = subdivision.points[:, 0]
+        ends = [subdivision.curves[c] for c in subdivision.boundary]
+        curved = [c for c, e in zip(subdivision.boundary, ends, strict=True)
+                  if z[e.start] != z[e.end]]  # fmt: skip
+        swept[curved] = _along_curves(subdivision, places, size.growth, bounds, bent)[curved]
     volumes, skins = _of_features(body, size)
     inside, cut = (0.0, 2.0) if body.features else (8.0, 0.0)
     skins += cut * meridian.cells
@@ -318,7 +328,7 @@ def _of_blade(blade: Blade, size: MeshSize) -> tuple[float, float]:
 
 def _of_hole(hole: Hole, depth_m: float, size: MeshSize) -> tuple[float, float]:
     """Regular tetrahedra about one hole, whose size grows from its wall, and triangles of it."""
-    edge, radius = min(size.size_m, np.pi * hole.diameter_m / AROUND_HOLE), 0.5 * hole.diameter_m
+    edge, radius = min(size.size_m, np.pi * hole.diameter_m / AROUND), 0.5 * hole.diameter_m
     # ∫ 2π ρ dρ / (e + g (ρ - R))³ from the wall on
     about = np.pi * (radius / edge**2 + 1.0 / (size.growth * edge)) / size.growth
     return depth_m * about / _TETRAHEDRON, 2.0 * np.pi * radius * depth_m / edge**2 / _TRIANGLE

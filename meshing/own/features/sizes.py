@@ -12,8 +12,9 @@ from solidwhirl.meshing.own.features.solids import Solids, slot_ranges
 from solidwhirl.meshing.records import FloatArray, LocalSize, MeshSize
 from solidwhirl.rotordyn.core.arrays import BoolArray
 
-#: Elements around a hole.
-AROUND_HOLE = 12
+#: Fewest elements around any curved surface. An element with two faces on one is folded unless its
+#: edges are made straight: at 16 that takes 1 per mille of a shaft's mass, at 24 6 millionths.
+AROUND = 24
 # Points along a graded curve, from which distances are measured: at most so many.
 _MOST_SAMPLES = 400
 # What lies nearer to a plane than this part of the body's size lies in it.
@@ -32,10 +33,12 @@ def set_sizes(
     """Set gmsh's size field of a drawn sector.
 
     `local`: sizes over an earlier mesh of the sector, in place of all others. Without: features
-    have `size.through_thickness` elements across blades, 12 around holes; the re-entrant edges of
-    blades and slots are graded like the corners of the meridian. `unit_m`: length [m] that is drawn
-    as 1.
+    have `size.through_thickness` elements across blades; the re-entrant edges of blades and slots
+    are graded like the corners of the meridian. Either way `AROUND` is kept. `unit_m`: length [m]
+    that is drawn as 1.
     """
+    # gmsh takes the smallest of this and of the size field
+    gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", AROUND)
     if local is not None:
         drawn.set_smallest(drawn.local_sizes(local, size, unit_m))
         return
@@ -93,7 +96,7 @@ def _graded_curves(
         if isinstance(feature, Slot):
             reentrant |= inner & _inside_edges(feature, section, own, near)
         else:
-            edge = min(size.size_m, np.pi * feature.diameter_m / AROUND_HOLE)
+            edge = min(size.size_m, np.pi * feature.diameter_m / AROUND)
             out.append((tags[_on_wall(feature, section, own, near)], edge))
     out.append((tags[reentrant], size.corner_size_m))
     return [([int(t) for t in on], edge) for on, edge in out if len(on)]
