@@ -61,13 +61,13 @@ class Study:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """One sentence per case that is missing and per level that is not shown."""
+        """One sentence per case that is missing and per level without a real ladder."""
         notes = [
             f"{o.case.name}: {o.status}, {o.message}" for o in self.outcomes if o.status != "done"
         ]
         notes += [
-            f"Level {level} is not shown: its unknowns span a factor {span:.3g}, a ladder has "
-            f"{LEVEL_SPAN:g}"
+            f"Level {level}{'' if level in self.table.shown_levels else ' is not shown'}: its "
+            f"unknowns span a factor {span:.3g}, a ladder has {LEVEL_SPAN:g}"
             for level, span in self.table.spans.items()
             if level != "beam" and span < LEVEL_SPAN
         ]

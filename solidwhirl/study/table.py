@@ -106,10 +106,15 @@ class StudyTable:
     slopes: tuple[StudySlope, ...]
     spans: dict[str, float]  #: Largest over smallest number of unknowns of each level
 
+    @property
+    def shown_levels(self) -> frozenset[str]:
+        """Beams and the levels with a real ladder; all where none has one."""
+        ladders = {k for k, span in self.spans.items() if k != "beam" and span >= LEVEL_SPAN}
+        return frozenset({*ladders, "beam"} if ladders else {*self.spans, "beam"})
+
     def shown(self, row: StudyRow) -> bool:
-        """Whether a row is drawn: comparable, of a beam or of a level with a real ladder."""
-        level = row.outcome.case.level
-        return row.comparable and (level == "beam" or self.spans[level] >= LEVEL_SPAN)
+        """Whether a row is drawn."""
+        return row.comparable and row.outcome.case.level in self.shown_levels
 
 
 def study_table(outcomes: Sequence[Outcome]) -> StudyTable:

@@ -39,9 +39,9 @@ def quick(request, scene_path, tmp_path_factory):
             patch.setattr(study_run, "measured_apart", lambda case, _: measured(case))
         done = study_command(scene_path, out, said.append, quick=True)
         document = written(out)
-        # a level whose ladder spans less than a factor 30 is not shown
-        shown = not [n for n in document["notes"] if "is not shown" in n]
-        assert shown == (document["spans"]["harmonic"] >= 30.0) == (request.param == "whole")
+        # of a level whose ladder spans less than a factor 30 it is said
+        long = not [n for n in document["notes"] if "unknowns span a factor" in n]
+        assert long == (document["spans"]["harmonic"] >= 30.0) == (request.param == "whole")
         yield done, out, document, said
 
 

@@ -96,14 +96,19 @@ def test_table_finds_the_known_laws(ladder):
     assert slopes == pytest.approx(expected, rel=1e-6)
 
 
-def test_short_ladder_is_not_shown(ladder, small_scene):
-    table = study_table(ladder[:3])
+def test_short_ladder_is_shown_only_where_there_is_no_other(ladder, outcome, small_scene):
+    def notes(outcomes):
+        scene, table = parse_scene(small_scene()), study_table(outcomes)
+        return Study(scene=scene, quick=True, outcomes=outcomes, table=table).notes
+
+    alone = tuple(ladder[:3])
+    table = study_table(alone)
     assert table.spans == {"harmonic": 4.0}
-    assert not any(table.shown(row) for row in table.rows)
-    study = Study(
-        scene=parse_scene(small_scene()), quick=True, outcomes=tuple(ladder[:3]), table=table
-    )
-    assert "Level harmonic is not shown: its unknowns span a factor 4" in study.notes[0]
+    assert all(table.shown(row) for row in table.rows[1:])
+    assert notes(alone)[0].startswith("Level harmonic: its unknowns span a factor 4")
+    beside = (*ladder, outcome("one", "graded", level="solid"))
+    assert not study_table(beside).shown(study_table(beside).rows[-1])
+    assert notes(beside)[0].startswith("Level solid is not shown: its unknowns span a factor 1")
 
 
 def test_branch_that_is_far_off_has_no_error(ladder, outcome):
