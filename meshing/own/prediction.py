@@ -8,7 +8,7 @@ small enough that h hardly changes within one.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, product
 from typing import Literal
@@ -26,7 +26,7 @@ from solidwhirl.geometry import (
     subdivide,
 )
 from solidwhirl.meshing.own.drawing import face_bounds, face_edges, graded_places
-from solidwhirl.meshing.own.features.sizes import AROUND
+from solidwhirl.meshing.own.features.sizes import AROUND, edge_at_hole
 from solidwhirl.meshing.own.quality import doubled_areas
 from solidwhirl.meshing.records import FloatArray, IntArray, LocalSize, MeshSize
 
@@ -225,7 +225,8 @@ def _meridian(
 ) -> PredictedMesh:
     """Triangles, and by Euler's formula their edges and vertices."""
     cells = 0.0
-    edges = _along_curves(subdivision, places, growth, bounds, lambda x, h: 1.0 / h)
+    densities: list[_Density] = [lambda x, h: 1.0 / h] * len(subdivision.curves)
+    edges = _along_curves(subdivision, places, growth, bounds, densities)
     edges = np.maximum(edges, 1.0)
     for face, bound in zip(subdivision.faces, bounds, strict=True):
         outline = sum(edges[c] for c, _ in face.loop)
@@ -271,13 +272,11 @@ def _sector(
         graded = _ElementSize(places=places, growth=size.growth, bound=bound)
         p, _ = face_edges(subdivision, face)
         regular += _over_polygon(p, graded, lambda x, h: width * x[:, 1] / (_TETRAHEDRON * h**3))
-    swept = _along_curves(subdivision, places, size.growth, bounds, around)
-    if body.features:
-        z = subdivision.points[:, 0]
-        ends = [subdivision.curves[c] for c in subdivision.boundary]
-        curved = [c for c, e in zip(subdivision.boundary, ends, strict=True)
-                  if z[e.start] != z[e.end]]  # fmt: skip
-        swept[curved] = _along_curves(subdivision, places, size.growth, bounds, bent)[curved]
+    z, curves = subdivision.points[:, 0], subdivision.curves
+    outer = subdivision.boundary if body.features else ()
+    curved = {c for c in outer if z[curves[c].start] != z[curves[c].end]}
+    densities = [bent if c in curved else around for c in range(len(curves))]
+    swept = _along_curves(subdivision, places, size.growth, bounds, densities)
     volumes, skins = _of_features(body, size)
     inside, cut = (0.0, 2.0) if body.features else (8.0, 0.0)
     skins += cut * meridian.cells
@@ -328,7 +327,7 @@ def _of_blade(blade: Blade, size: MeshSize) -> tuple[float, float]:
 
 def _of_hole(hole: Hole, depth_m: float, size: MeshSize) -> tuple[float, float]:
     """Regular tetrahedra about one hole, whose size grows from its wall, and triangles of it."""
-    edge, radius = min(size.size_m, np.pi * hole.diameter_m / AROUND), 0.5 * hole.diameter_m
+    edge, radius = edge_at_hole(hole, size), 0.5 * hole.diameter_m
     # ∫ 2π ρ dρ / (e + g (ρ - R))³ from the wall on
     about = np.pi * (radius / edge**2 + 1.0 / (size.growth * edge)) / size.growth
     return depth_m * about / _TETRAHEDRON, 2.0 * np.pi * radius * depth_m / edge**2 / _TRIANGLE
@@ -424,14 +423,17 @@ def _along_curves(
     places: FloatArray,
     growth: float,
     bounds: list[float],
-    density: _Density,
+    densities: Sequence[_Density],
 ) -> FloatArray:
-    """Integral of density(x, h(x)) along every curve; h is that of the finer face beside it."""
+    """Integral of a density(x, h(x)) along every curve; h is that of the finer face beside it."""
     largest = np.full(len(subdivision.curves), np.inf)
     for face, bound in zip(subdivision.faces, bounds, strict=True):
         loop: IntArray = np.array([c for c, _ in face.loop])
         largest[loop] = np.minimum(largest[loop], bound)
     sizes = [_ElementSize(places=places, growth=growth, bound=float(own)) for own in largest]
     return np.array(
-        [_curve_elements(subdivision, c, size, density) for c, size in enumerate(sizes)]
+        [
+            _curve_elements(subdivision, c, size, density)
+            for c, (size, density) in enumerate(zip(sizes, densities, strict=True))
+        ]
     )

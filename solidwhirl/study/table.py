@@ -110,7 +110,7 @@ class StudyTable:
     def shown_levels(self) -> frozenset[str]:
         """Beams and the levels with a real ladder; all where none has one."""
         ladders = {k for k, span in self.spans.items() if k != "beam" and span >= LEVEL_SPAN}
-        return frozenset({*ladders, "beam"} if ladders else {*self.spans, "beam"})
+        return frozenset({*ladders, "beam"} if ladders else self.spans)
 
     def shown(self, row: StudyRow) -> bool:
         """Whether a row is drawn."""

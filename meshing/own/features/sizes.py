@@ -96,10 +96,14 @@ def _graded_curves(
         if isinstance(feature, Slot):
             reentrant |= inner & _inside_edges(feature, section, own, near)
         else:
-            edge = min(size.size_m, np.pi * feature.diameter_m / AROUND)
-            out.append((tags[_on_wall(feature, section, own, near)], edge))
+            out.append((tags[_on_wall(feature, section, own, near)], edge_at_hole(feature, size)))
     out.append((tags[reentrant], size.corner_size_m))
     return [([int(t) for t in on], edge) for on, edge in out if len(on)]
+
+
+def edge_at_hole(hole: Hole, size: MeshSize) -> float:
+    """Element edge at the wall of a hole [m]."""
+    return min(size.size_m, np.pi * hole.diameter_m / AROUND)
 
 
 def _root_curves(solids: Solids) -> list[int]:
