@@ -9,7 +9,7 @@ import numpy as np
 from solidwhirl.geometry import RigidDisk
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.imported import measures, sectors
-from solidwhirl.meshing.imported.files import read_mesh_file
+from solidwhirl.meshing.imported.formats.files import read_mesh_file
 from solidwhirl.meshing.imported.groups import cell_materials, interface_facets, volume_groups
 from solidwhirl.meshing.imported.records import (
     FileMesh,

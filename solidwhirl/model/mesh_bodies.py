@@ -15,8 +15,8 @@ from solidwhirl.core.machine import available_memory_gib
 from solidwhirl.geometry import Body, GeometryError, Material, RigidDisk
 from solidwhirl.meshing import Mesh, MeshingError, MeshSize
 from solidwhirl.meshing.imported.body import body_of_mesh, mesh_from_file, mesh_of
+from solidwhirl.meshing.imported.formats.step import mesh_step, step_geometry
 from solidwhirl.meshing.imported.records import MeshedBody, MeshInterface, MeshRequest, StepSize
-from solidwhirl.meshing.imported.step import mesh_step, step_geometry
 from solidwhirl.model.bodies import known_material, scene_materials
 from solidwhirl.model.plan_records import BodyPlan
 from solidwhirl.model.resolution import Resolution

@@ -12,8 +12,8 @@ from shapes import body as body_of
 from solidwhirl.geometry import MATERIALS, mass_properties
 from solidwhirl.meshing import MeshingError
 from solidwhirl.meshing.imported.body import body_of_mesh, mesh_of
+from solidwhirl.meshing.imported.formats.step import mesh_step, step_geometry
 from solidwhirl.meshing.imported.records import MeshInterface, StepSize
-from solidwhirl.meshing.imported.step import mesh_step, step_geometry
 from solidwhirl.meshing.own.step_write import write_step
 
 TITANIUM = MATERIALS["titanium"]

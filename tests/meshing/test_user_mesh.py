@@ -13,7 +13,7 @@ from shapes import body, interface, section
 from solidwhirl.geometry import MATERIALS
 from solidwhirl.meshing import MeshSize, mesh_solid, write_gmsh
 from solidwhirl.meshing.imported.body import body_of_mesh, mesh_from_file, mesh_of
-from solidwhirl.meshing.imported.files import read_mesh_file
+from solidwhirl.meshing.imported.formats.files import read_mesh_file
 from solidwhirl.meshing.imported.measures import mass_integrals
 from solidwhirl.meshing.imported.records import MeshInterface
 from solidwhirl.meshing.imported.split import as_tetrahedra

@@ -9,7 +9,7 @@ from mesh_makers import BDF, INP, brick, file_mesh, request
 from solidwhirl.geometry import MATERIALS
 from solidwhirl.meshing import MeshingError
 from solidwhirl.meshing.imported.body import body_of_mesh, mesh_of
-from solidwhirl.meshing.imported.files import read_mesh_file
+from solidwhirl.meshing.imported.formats.files import read_mesh_file
 from solidwhirl.meshing.imported.records import MeshInterface
 from solidwhirl.meshing.imported.split import as_tetrahedra
 

@@ -18,9 +18,9 @@ from solidwhirl.geometry import MATERIALS
 from solidwhirl.meshing import MeshingError
 from solidwhirl.meshing.imported import sectors
 from solidwhirl.meshing.imported.body import body_of_mesh, mesh_from_file, mesh_of
+from solidwhirl.meshing.imported.formats.step import mesh_step, step_geometry
 from solidwhirl.meshing.imported.measures import mass_integrals
 from solidwhirl.meshing.imported.records import MeshInterface, StepSize
-from solidwhirl.meshing.imported.step import mesh_step, step_geometry
 from solidwhirl.meshing.imported.surface import faces_of, refuse_unjoined
 
 RNG = np.random.default_rng

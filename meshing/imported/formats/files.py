@@ -10,8 +10,8 @@ import meshio
 import numpy as np
 
 from solidwhirl.meshing.errors import MeshingError
-from solidwhirl.meshing.imported.inp import read_inp
-from solidwhirl.meshing.imported.nastran import read_nastran
+from solidwhirl.meshing.imported.formats.inp import read_inp
+from solidwhirl.meshing.imported.formats.nastran import read_nastran
 from solidwhirl.meshing.imported.records import ElementBlock, FileMesh
 from solidwhirl.meshing.records import IntArray
 

@@ -11,7 +11,7 @@ import gmsh
 import numpy as np
 
 from solidwhirl.meshing.errors import MeshingError
-from solidwhirl.meshing.imported import step_solids as solids
+from solidwhirl.meshing.imported.formats import step_solids as solids
 from solidwhirl.meshing.imported.records import (
     ElementBlock,
     FileMesh,
