@@ -154,27 +154,33 @@ def matrix_form(assembled: AssembledSystem) -> ComplexForm | None:
     pairs = plane_pairs(assembled)
     if pairs is None or not pairs.first.size:
         return None
-    parts = {}
+    found: dict[str, _Part | None] = {}
     for name in ("mass", "stiffness", "centrifugal_stiffness", "damping"):
-        parts[name] = _same(getattr(assembled, name), pairs)
+        found[name] = _same(getattr(assembled, name), pairs)
     for name in ("gyroscopic", "circulatory_stiffness"):
-        parts[name] = _crossed(getattr(assembled, name), pairs)
-    found = {name: part for name, part in parts.items() if part is not None}
+        found[name] = _crossed(getattr(assembled, name), pairs)
     laws = _isotropic_laws(assembled, pairs)
-    if laws is None or len(found) < len(parts):
+    parts = {name: part for name, part in found.items() if part is not None}
+    if laws is None or len(parts) < len(found):
         return None
+    # beside one that is complex nothing is saved by leaving out the rounding of the others, which
+    # a sharp resonance shows thousands of times larger
+    is_real = all(part.is_real for part in parts.values())
+    matrices = {
+        name: part.matrix.real.copy() if is_real else part.matrix for name, part in parts.items()
+    }
     return ComplexForm(
         assembled=assembled,
         first=pairs.first,
         second=pairs.second,
         second_sign=pairs.sign,
         rest=pairs.rest,
-        mass=found["mass"],
-        stiffness=found["stiffness"],
-        centrifugal_stiffness=found["centrifugal_stiffness"],
-        damping=found["damping"],
-        gyroscopic=found["gyroscopic"],
-        circulatory=found["circulatory_stiffness"],
+        mass=matrices["mass"],
+        stiffness=matrices["stiffness"],
+        centrifugal_stiffness=matrices["centrifugal_stiffness"],
+        damping=matrices["damping"],
+        gyroscopic=matrices["gyroscopic"],
+        circulatory=matrices["circulatory_stiffness"],
         laws=laws,
     )
 
@@ -244,8 +250,15 @@ def _vanishes(part: FloatArray, matrix: FloatArray, rows: IntArray, columns: Int
     return bool((np.abs(part) <= _ROUNDING * scale + 1e-15 * largest).all())
 
 
-def _same(matrix: FloatArray, pairs: Pairs) -> Matrix | None:
-    """Return a = P − iQ of the symmetric [[P, Q], [−Q, P]]: real if Q is rounding.
+class _Part(NamedTuple):
+    """A Hermitian matrix in z, and whether its imaginary part is rounding."""
+
+    matrix: ComplexArray
+    is_real: bool
+
+
+def _same(matrix: FloatArray, pairs: Pairs) -> _Part | None:
+    """Return a = P − iQ of the symmetric [[P, Q], [−Q, P]].
 
     None if a turn changes the matrix, or it couples to what does not turn.
     """
@@ -254,11 +267,14 @@ def _same(matrix: FloatArray, pairs: Pairs) -> Matrix | None:
         return _vanishes(part, matrix, rows, columns)
 
     found = _turning_parts(matrix, pairs, is_rounding)
-    return None if found is None else _hermitian(found[0], None if found[1] is None else -found[1])
+    if found is None:
+        return None
+    along, across = found
+    return _hermitian(along, -across, is_rounding(across, pairs.first, pairs.second))
 
 
-def _crossed(matrix: FloatArray, pairs: Pairs) -> Matrix | None:
-    """Return b = Q + iP of [[P, Q], [−Q, P]] = −i b in z: real if P is rounding; None as above."""
+def _crossed(matrix: FloatArray, pairs: Pairs) -> _Part | None:
+    """Return b = Q + iP of [[P, Q], [−Q, P]] = −i b in z; None as above."""
     limit = _ROUNDING * np.abs(matrix).max(initial=0.0)
 
     def is_rounding(part: FloatArray, rows: IntArray, columns: IntArray) -> bool:
@@ -268,16 +284,15 @@ def _crossed(matrix: FloatArray, pairs: Pairs) -> Matrix | None:
     if found is None:
         return None
     along, across = found
-    across = np.zeros_like(along) if across is None else across
-    return _hermitian(across, None if is_rounding(along, pairs.first, pairs.first) else along)
+    return _hermitian(across, along, is_rounding(along, pairs.first, pairs.first))
 
 
 def _turning_parts(
     matrix: FloatArray,
     pairs: Pairs,
     is_rounding: Callable[[FloatArray, IntArray, IntArray], bool],
-) -> tuple[FloatArray, FloatArray | None] | None:
-    """Return P and Q of [[P, Q], [−Q, P]], Q None if it is rounding; None of another matrix."""
+) -> tuple[FloatArray, FloatArray] | None:
+    """Return P and Q of [[P, Q], [−Q, P]]; None of another matrix."""
     first, second, sign, rest = pairs
     in_p = _block(matrix, first, first)
     in_s = np.outer(sign, sign) * _block(matrix, second, second)
@@ -288,18 +303,17 @@ def _turning_parts(
     zero += [(_block(matrix, rest, side), rest, side) for side in (first, second)]
     if not all(is_rounding(*part) for part in zero):
         return None
-    crossed = 0.5 * (upper - lower)
-    is_apart = is_rounding(crossed, first, second)
-    return 0.5 * (in_p + in_s), None if is_apart else crossed
+    return 0.5 * (in_p + in_s), 0.5 * (upper - lower)
 
 
-def _hermitian(real: FloatArray, imaginary: FloatArray | None) -> Matrix | None:
-    """Return a matrix, real without an imaginary part; None if it is not Hermitian."""
-    matrix: Matrix = real if imaginary is None else real + 1j * imaginary
-    error = np.abs(matrix - matrix.conj().T).max()
-    if error > _ROUNDING * np.abs(matrix).max(initial=0.0):
+def _hermitian(real: FloatArray, imaginary: FloatArray, is_real: bool) -> _Part | None:
+    """Return a matrix; None if it, without an imaginary part that is rounding, is not Hermitian."""
+    matrix = real + 1j * imaginary
+    judged: Matrix = real if is_real else matrix
+    error = np.abs(judged - judged.conj().T).max()
+    if error > _ROUNDING * np.abs(judged).max(initial=0.0):
         return None
-    return np.asarray(0.5 * (matrix + matrix.conj().T))
+    return _Part(np.asarray(0.5 * (matrix + matrix.conj().T), dtype=complex), is_real)
 
 
 def _isotropic_laws(assembled: AssembledSystem, pairs: Pairs) -> tuple[IsotropicLaw, ...] | None:

@@ -90,6 +90,28 @@ def test_blocks_are_complex_only_where_planes_couple():
             )
 
 
+def between_planes(body, name, across, along=0.0):
+    """A body whose last two motions a matrix couples across the planes and along them."""
+    matrix = getattr(body, name).copy()
+    first, second = (side[-2:] for side in turning_pairs(body))
+    size = np.sqrt(matrix[first[0], first[0]] * matrix[first[1], first[1]])
+    for k, sign in ((0, 1.0), (1, -1.0)):
+        matrix[first[k], second[1 - k]] += sign * across * size
+        matrix[second[1 - k], first[k]] += sign * across * size
+        for side in (first, second):
+            matrix[side[k], side[1 - k]] += along * size
+    return dataclasses.replace(body, **{name: matrix}), across * size
+
+
+def test_a_small_coupling_of_planes_stays_where_another_matrix_has_a_large_one():
+    """Left out, 1e-11 of a stiffness was 2e-8 of a response with an amplification of 2700."""
+    body, size = between_planes(three_disk_element(), "stiffness", 5e-12)
+    assert dtypes(rd.complex_form(between_bearings(body, 7e7)))["stiffness"] == "f"
+    form = rd.complex_form(between_bearings(between_planes(body, "mass", 0.1, 0.2)[0], 7e7))
+    # rounding of the sums with the bearings
+    assert np.abs(form.stiffness.imag).max() == pytest.approx(size, rel=1e-3)
+
+
 def test_a_matrix_that_a_turn_changes_has_no_complex_form():
     body = mixed(three_disk_element())
     change = np.zeros_like(body.mass)
