@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from solidwhirl.geometry import MATERIALS, Body, Interface, Section
+import dataclasses
+
+from solidwhirl.geometry import MATERIALS, Blade, Body, Interface, Section
 
 STEEL = MATERIALS["steel"]
 
@@ -49,3 +51,22 @@ def shaft_and_disk(**options):
     """Reference rotor: steel shaft 0.4 m long, disk 0.03 m wide centred at z = 0.16 m."""
     parts = section("shaft", 0.0, 0.4, 0.0, 0.02), section("disk", 0.145, 0.175, 0.02, 0.15)
     return body(*parts, **options)
+
+
+def bladed_disk(count=12, stagger_deg=30.0, joint=None):
+    """Disk 0.03 to 0.1 m, 0.012 m wide, held at its bore, with plates 0.05 m long.
+
+    `joint`: radius of a joint between a hub and the rim that carries the blades.
+    """
+    radii = [0.03, 0.1] if joint is None else [0.03, joint, 0.1]
+    names = ["disk"] if joint is None else ["hub", "rim"]
+    blades = Blade(
+        name="blades", on=names[-1], count=count, length_m=0.05, chord_m=(0.02, 0.02),
+        thickness_m=(0.004, 0.004), stagger_deg=(stagger_deg, stagger_deg), material=STEEL,
+    )  # fmt: skip
+    rings = [
+        section(name, -0.006, 0.006, inner, outer)
+        for name, inner, outer in zip(names, radii[:-1], radii[1:], strict=True)
+    ]
+    bore = interface("bore", "inner", -0.006, 0.006, coupling="rigid")
+    return dataclasses.replace(body(*rings, interfaces=(bore,)), features=(blades,))

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 import pytest
-from shapes import section
+from shapes import bladed_disk, section
 from simplex import mesh_mass_kg
 
-from solidwhirl.geometry import MATERIALS, Blade, Body, Hole, Section
+from solidwhirl.geometry import MATERIALS, Body, Hole
 from solidwhirl.meshing import MeshingError, MeshSize, refined_sector
 from solidwhirl.meshing.own.features.sector import mesh_sector
 from solidwhirl.meshing.own.prediction import predict_refined
@@ -21,15 +21,7 @@ SIZE = MeshSize(size_m=0.02, corner_size_m=0.008, growth=0.6, through_thickness=
 @pytest.fixture(scope="module")
 def body():
     """Disk 0.03 to 0.1 m with twelve staggered plates."""
-    disk = Section(
-        name="disk", start_m=-0.006, end_m=0.006, inner_radius_m=(0.03, 0.03),
-        outer_radius_m=(0.1, 0.1), material=STEEL,
-    )  # fmt: skip
-    blades = Blade(
-        name="blades", on="disk", count=12, length_m=0.05, chord_m=(0.02, 0.02),
-        thickness_m=(0.004, 0.004), stagger_deg=(30.0, 30.0), material=STEEL,
-    )  # fmt: skip
-    return Body(name="wheel", sections=(disk,), features=(blades,))
+    return bladed_disk()
 
 
 @pytest.fixture(scope="module")

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from mpi4py import MPI
+from shapes import bladed_disk
 
-from solidwhirl.geometry import Blade, Body, Interface, Material, Section
+from solidwhirl.geometry import Body, Interface, Material, Section
 from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_revolved
 from solidwhirl.meshing.own.features.sector import mesh_sector
 from solidwhirl.meshing.own.revolved import unfolded
@@ -104,16 +105,7 @@ EXTRAPOLATED = 1.5e-3
 
 def test_bladed_disk_at_rest_and_at_speed():
     """Errors of a coarse sector lie between those of the extrapolation and the estimates."""
-    disk = Section(
-        name="disk", start_m=-0.006, end_m=0.006, inner_radius_m=(0.03, 0.03),
-        outer_radius_m=(0.1, 0.1), material=STEEL,
-    )  # fmt: skip
-    blades = Blade(
-        name="blades", on="disk", count=12, length_m=0.05, chord_m=(0.02, 0.02),
-        thickness_m=(0.004, 0.004), stagger_deg=(30.0, 30.0), material=STEEL,
-    )  # fmt: skip
-    bore = Interface(name="bore", kind="inner", coupling="rigid", start_m=-0.006, end_m=0.006)
-    body = Body(name="wheel", sections=(disk,), interfaces=(bore,), features=(blades,))
+    body = bladed_disk()
     mesh = mesh_sector(body, MeshSize(size_m=0.02, corner_size_m=0.006, growth=0.6))
     speed = 6000.0 * np.pi / 30.0
     request = CyclicRequest(

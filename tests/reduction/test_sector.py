@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 import pytest
 import scipy.linalg
 import scipy.sparse.linalg
 from reduced import reduced_to, sparse
-from shapes import STEEL, section
+from shapes import bladed_disk, section
 from shapes import body as body_of
 
-from solidwhirl.geometry import Blade, Interface
+from solidwhirl.geometry import Interface
 from solidwhirl.meshing import MeshSize, mesh_revolved
 from solidwhirl.meshing.own.features.sector import mesh_sector
 from solidwhirl.meshing.own.joined import mesh_joined
@@ -25,28 +23,6 @@ ALL = ("ux", "uy", "uz", "rx", "ry", "rz")
 BORE = Interface(name="bore", kind="inner", coupling="rigid", start_m=-0.006, end_m=0.006)
 TURNING = {"maximum_speed_rad_s": 600.0, "gyroscopic": True, "centrifugal": True}
 SIZE = MeshSize(size_m=0.02, corner_size_m=0.006, growth=0.5)
-
-
-def bladed(stagger=30.0, joint=None, count=12):
-    """Disk 0.03 to 0.10 m with plates of 0.02 m by 0.004 m, 0.05 m long."""
-    blades = Blade(
-        name="blades",
-        on="disk" if joint is None else "rim",
-        count=count,
-        length_m=0.05,
-        chord_m=(0.02, 0.02),
-        thickness_m=(0.004, 0.004),
-        stagger_deg=(stagger, stagger),
-        material=STEEL,
-    )
-    if joint is None:
-        sections = [section("disk", -0.006, 0.006, 0.03, 0.10)]
-    else:
-        sections = [
-            section("hub", -0.006, 0.006, 0.03, joint),
-            section("rim", -0.006, 0.006, joint, 0.10),
-        ]
-    return dataclasses.replace(body_of(*sections, interfaces=(BORE,)), features=(blades,))
 
 
 def motions(element):
@@ -96,7 +72,7 @@ def test_sector_of_staggered_blades_against_the_whole_circle():
 
     from solidwhirl.reduction.operators.matrices import OperatorEffects, build_operators
 
-    body, components = bladed(), {"bore": ()}
+    body, components = bladed_disk(), {"bore": ()}
     mesh = mesh_sector(body, MeshSize(size_m=0.04, corner_size_m=0.02, growth=1.0))
     element, work = reduced_to(
         body, "solid", mesh=mesh, orders=(0, 1), components=ALL, modes=4, **TURNING
@@ -121,7 +97,7 @@ def test_mirrored_and_turned_blades_have_the_same_modes():
     """Without stagger half a sector is enough; a stagger of rounding needs the whole one."""
     hz = []
     for stagger in (0.0, 1e-4):
-        body = bladed(stagger)
+        body = bladed_disk(stagger_deg=stagger)
         mesh = mesh_sector(body, SIZE)
         assert mesh.sector.mirrored == (stagger == 0.0)
         element, _ = reduced_to(
@@ -137,9 +113,9 @@ def test_bladed_disk_comes_down_to_its_limit():
     exact = np.array([1067.58, 1067.58, 1075.86])
     errors = []
     for corner in (6e-3, 3e-3):
-        mesh = mesh_sector(bladed(), MeshSize(size_m=0.02, corner_size_m=corner, growth=0.5))
+        mesh = mesh_sector(bladed_disk(), MeshSize(size_m=0.02, corner_size_m=corner, growth=0.5))
         element, _ = reduced_to(
-            bladed(),
+            bladed_disk(),
             "solid",
             mesh=mesh,
             orders=(0, 1),
@@ -173,7 +149,7 @@ def estimate(element, part, count=3):
 @pytest.mark.parametrize(("joint", "known"), [(0.05, 1e-5), (0.08, 2.8e-4)])
 def test_stages_joined_by_one_order(joint, known):
     """What the orders 1 ± N add where rim and hub meet: 280 ppm at 0.08 m, few at 0.05 m."""
-    body = bladed(joint=joint)
+    body = bladed_disk(joint=joint)
     mesh = mesh_joined(body, MeshSize(size_m=0.012, corner_size_m=0.004, growth=0.5))
     asked = {"orders": (0, 1), "components": ALL, "modes": 3, "estimates": ("mode_truncation",)}
     alone, work = reduced_to(body, "solid", mesh=mesh, **asked, **TURNING)

@@ -7,7 +7,6 @@ ratio of the highest to the lowest squared frequency of a mesh, 2e-16 · 1e6 her
 
 from __future__ import annotations
 
-import dataclasses
 import sys
 from pathlib import Path
 
@@ -17,11 +16,10 @@ import pytest
 sys.path.append(str(Path(__file__).parents[1] / "meshing"))
 from mesh_makers import request
 from sector_makers import bladed, of_msh
+from shapes import bladed_disk, plane, section
 from shapes import body as body_of
-from shapes import plane, section
 from whole_circle import WholeCircle, rates, unreduced
 
-from solidwhirl.geometry import MATERIALS, Blade, Interface
 from solidwhirl.meshing import MeshSize, mesh_revolved
 from solidwhirl.meshing.imported.body import body_of_mesh, mesh_of
 from solidwhirl.meshing.imported.records import MeshInterface
@@ -34,31 +32,19 @@ COARSE = MeshSize(size_m=0.04, corner_size_m=0.02, growth=1.0)
 def _revolved(folder):
     """Half a sector of a shaft with a disk, held at one end."""
     shaft, disk = section("shaft", 0.0, 0.1, 0.0, 0.02), section("disk", 0.03, 0.05, 0.02, 0.1)
-    body = body_of(shaft, disk, interfaces=(plane("held", 0.0, "rigid"),))
+    body = body_of(shaft, disk, interfaces=(plane("bore", 0.0, "rigid"),))
     return body, mesh_revolved(body, MeshSize(size_m=0.05, corner_size_m=0.03, growth=1.0))
 
 
 def _blades(stagger_deg, count):
-    bore = Interface(name="held", kind="inner", coupling="rigid", start_m=-0.006, end_m=0.006)
-    blades = Blade(
-        name="blades",
-        on="disk",
-        count=count,
-        length_m=0.05,
-        chord_m=(0.02, 0.02),
-        thickness_m=(0.004, 0.004),
-        stagger_deg=(stagger_deg, stagger_deg),
-        material=MATERIALS["steel"],
-    )
-    disk = body_of(section("disk", -0.006, 0.006, 0.03, 0.1), interfaces=(bore,))
-    body = dataclasses.replace(disk, features=(blades,))
+    body = bladed_disk(count, stagger_deg)
     return body, mesh_sector(body, COARSE)
 
 
 def _given(folder):
     """A sector of six that gmsh wrote to a file, its blades over the cuts; held at the bore."""
     bladed(folder / "given.msh", count=6, stagger_deg=60.0)
-    around = MeshInterface(name="held", coupling="rigid", box_m=((-0.031,) * 3, (0.031,) * 3))
+    around = MeshInterface(name="bore", coupling="rigid", box_m=((-0.031,) * 3, (0.031,) * 3))
     asked = request("given.msh", shape="cyclic", sectors=6, interfaces=(around,))
     mesh = mesh_of(of_msh(folder / "given.msh"), asked, "disk")
     return body_of_mesh("disk", asked, mesh), mesh
@@ -78,7 +64,7 @@ def test_all_indices_are_the_whole_circle(case, tmp_path):
     """At rest and at 1500 rad/s, where the prestress lifts blades by 6 % and waves split by 1 %."""
     body, mesh = CASES[case](tmp_path)
     whole, count = WholeCircle(mesh), 12
-    circle = whole.matrices.kept(whole.free("held"))
+    circle = whole.matrices.kept(whole.free("bore"))
     for speed in (0.0, 1500.0):
         found = []
         for index in range(mesh.sector.count // 2 + 1):
@@ -99,7 +85,7 @@ def test_modes_laid_around_the_circle_are_its_modes(case, tmp_path):
     """No force is left over at any node, and the quotient of the whole has the sector's rate."""
     body, mesh = CASES[case](tmp_path)
     whole, speed = WholeCircle(mesh), 1500.0
-    free = whole.free("held")
+    free = whole.free("bore")
     stiffness, mass, turned, change = whole.matrices.kept(free)
     stiffness = stiffness + speed**2 * change
     for index in (0, 1, 2):

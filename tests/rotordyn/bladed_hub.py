@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 import scipy.linalg as la
 from rotors import lumped_hub
-from scipy.integrate import solve_ivp
+from turning_frame import floquet_multipliers
 
 SPIN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])  # e_z ×
 HUB = ("ux", "uy", "uz", "rx", "ry", "rz")
@@ -96,30 +96,10 @@ class BladedHub:
         return mass, coriolis, stiffness, stress, softening
 
     def multipliers(self, speed, hold):
-        """Floquet multipliers of a turn on a support of ux, uy, and of rx, ry, as `hold`.
-
-        `hold`: stiffness and damping (2, 2) of translation, then of tilt. uz and rz are free.
-        """
+        """Floquet multipliers of a turn on a support `hold` of the hub; uz and rz are free."""
         mass, coriolis, stiffness, stress, softening = self.direct
-        n, whole = self.size, stiffness + speed**2 * (stress - softening)
-        inverse, cross = la.inv(mass), np.array([[0.0, -1.0], [1.0, 0.0]])
-
-        def rate(time, state):
-            cos, sin = np.cos(speed * time), np.sin(speed * time)
-            turn = np.array([[cos, -sin], [sin, cos]])
-            k, c = whole.copy(), 2.0 * speed * coriolis
-            for at, (spring, drag) in zip((0, 3), (hold[:2], hold[2:]), strict=True):
-                part = slice(at, at + 2)
-                own = turn.T @ drag @ turn
-                c[part, part] += own
-                k[part, part] += turn.T @ spring @ turn + speed * own @ cross
-            q, velocity = state.reshape(2, n, 2 * n)
-            return np.concatenate((velocity, -inverse @ (c @ velocity + k @ q))).ravel()
-
-        end = 2.0 * np.pi / abs(speed)
-        options = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-12}
-        found = solve_ivp(rate, (0.0, end), np.eye(2 * n).ravel(), **options)
-        return la.eigvals(found.y[:, -1].reshape(2 * n, 2 * n))
+        turning = (mass, coriolis, stiffness, stress - softening)
+        return floquet_multipliers(turning, np.eye(6, self.size), speed, hold)
 
     def superelement(self):
         """The hub with uz and rz, index 1 and 0 of the blades, as a reduction gives them."""

@@ -7,33 +7,18 @@ is that of the free disk, as ours; the bore is held in the modes alone.
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 import pytest
 from calculix import calculix_body, calculix_rows
-from shapes import STEEL, interface, section
-from shapes import body as body_of
+from shapes import bladed_disk
 from whole_circle import rates, unreduced
 
-from solidwhirl.geometry import Blade
 from solidwhirl.meshing import MeshSize
 from solidwhirl.meshing.own.features.sector import mesh_sector
 from solidwhirl.meshing.own.whole import cut_partners
 
 pytestmark = [pytest.mark.verify, pytest.mark.solver]
 SECTORS, INDICES, MODES = 12, 7, 3
-
-
-def disk():
-    """Disk 0.03 to 0.10 m, 0.012 m wide, with twelve plates at 30°, 0.05 m long."""
-    blades = Blade(
-        name="blades", on="disk", count=SECTORS, length_m=0.05, chord_m=(0.02, 0.02),
-        thickness_m=(0.004, 0.004), stagger_deg=(30.0, 30.0), material=STEEL,
-    )  # fmt: skip
-    bore = interface("bore", "inner", -0.006, 0.006, coupling="rigid")
-    own = body_of(section("disk", -0.006, 0.006, 0.03, 0.10), interfaces=(bore,))
-    return dataclasses.replace(own, features=(blades,))
 
 
 def node_set(name, nodes):
@@ -67,7 +52,7 @@ def differences(mesh, speed, folder):
     rows = calculix_rows(deck(mesh, speed), folder, columns=6)
     out = []
     for index in range(INDICES):
-        operators, matrices = unreduced(disk(), mesh, index, held=True)
+        operators, matrices = unreduced(bladed_disk(SECTORS), mesh, index, held=True)
         still = matrices._replace(coriolis=0.0 * matrices.coriolis)
         own = rates(still, speed, 2 * MODES + 2)[0]
         operators.release()
@@ -80,7 +65,7 @@ def differences(mesh, speed, folder):
 
 @pytest.fixture(scope="module")
 def mesh():
-    return mesh_sector(disk(), MeshSize(size_m=0.02, corner_size_m=0.006, growth=0.5))
+    return mesh_sector(bladed_disk(SECTORS), MeshSize(size_m=0.02, corner_size_m=0.006, growth=0.5))
 
 
 def test_all_indices_at_rest(mesh, tmp_path, four_points):
