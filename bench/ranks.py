@@ -1,8 +1,10 @@
-"""Meshes of whole solids on 1, 2 and 4 ranks: time of every stage and memory of every rank.
+"""Solids on 1, 2 and 4 ranks: time of every stage and memory of every rank.
 
-    python bench/ranks.py             30 000, 100 000 and 300 000 unknowns, table in out/ranks
-    python bench/ranks.py --small     30 000 and 100 000 unknowns
-    python bench/ranks.py --iterative the same without a factorisation
+    python bench/ranks.py                   whole meshes, tables in out/ranks
+    python bench/ranks.py --body sector     sectors of a rotor, a plane of symmetry in each
+    python bench/ranks.py --body staggered  sectors of a disk with blades across
+    python bench/ranks.py --small           without the largest size
+    python bench/ranks.py --iterative       whole meshes without a factorisation
 
 Ranks of one size run one after another, so that they see about the same load; ratios within a size
 count. Ranks beyond the cores of the machine show memory only.
@@ -25,7 +27,12 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parents[1]
 OUT = ROOT / "out" / "ranks"
-SIZES = (30_000, 100_000, 300_000)
+#: Unknowns by what is meshed
+SIZES = {
+    "whole": (30_000, 100_000, 300_000),
+    "sector": (10_000, 30_000, 100_000),
+    "staggered": (10_000, 30_000, 100_000),
+}
 RANKS = (1, 2, 4)
 ENVIRONMENT = {
     "OMPI_ALLOW_RUN_AS_ROOT": "1",
@@ -49,21 +56,41 @@ def reset_peak() -> None:
     Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
 
 
+def meshed(case: dict) -> tuple:
+    """Body and mesh of about so many unknowns."""
+    import scaling_case
+
+    from solidwhirl.meshing import MeshSize, mesh_revolved, mesh_solid
+    from solidwhirl.meshing.own.features.sector import mesh_sector
+    from solidwhirl.model.bodies import build_bodies
+    from solidwhirl.scene_reading.reader import read_scene
+
+    body = scaling_case.rotor(2)
+    if case["body"] == "staggered":
+        body = build_bodies(read_scene(ROOT / "scenes" / "bladed_disk.toml"))["disk"]
+        edge = 0.004 * (18_500 / case["unknowns"]) ** (1.0 / 2.4)  # as meshes turned out
+        size = MeshSize(size_m=edge, corner_size_m=edge, growth=1.0)
+        return body, mesh_sector(body, size)
+    level = "revolved" if case["body"] == "sector" else "solid"
+    size = scaling_case.mesh_size(body, level, 2, case["unknowns"])
+    if level == "revolved":
+        return body, mesh_revolved(body, size)
+    mesh = mesh_solid(body, size)
+    return scaling_case.whole_body(body, mesh), mesh
+
+
 def measure(case: dict) -> dict | None:
     """One reduction on the ranks that run this; rank 0 returns the row."""
     import scaling_case
     from mpi4py import MPI
 
-    from solidwhirl.meshing import mesh_solid
     from solidwhirl.reduction import ReductionRequest, reduce_body
 
     comm = MPI.COMM_WORLD
-    body = scaling_case.rotor(2)
-    size = scaling_case.mesh_size(body, "solid", 2, case["unknowns"])
     base = peak_gib()
-    mesh = mesh_solid(body, size) if comm.rank == 0 else None
-    meshed = peak_gib()
-    body = comm.bcast(scaling_case.whole_body(body, mesh) if mesh is not None else None)
+    body, mesh = meshed(case) if comm.rank == 0 else (None, None)
+    peak = peak_gib()
+    body = comm.bcast(body)
     comm.barrier()
     reset_peak()
     request = ReductionRequest(
@@ -80,7 +107,7 @@ def measure(case: dict) -> dict | None:
     start, busy = time.perf_counter(), time.process_time()
     element, work = reduce_body(body, mesh, comm, request, {})
     wall, busy = time.perf_counter() - start, time.process_time() - busy
-    peaks = comm.gather((peak_gib(), busy, base, meshed))
+    peaks = comm.gather((peak_gib(), busy, base, peak))
     if comm.rank:
         return None
     return {
@@ -112,7 +139,7 @@ def run(case: dict) -> dict:
     if done.returncode != 0:
         raise SystemExit(f"{case}:\n{done.stderr[-3000:]}")
     row = json.loads(next(line for line in done.stdout.splitlines() if line.startswith("{")))
-    shown = ("unknowns", "ranks", "wall_s", "busy_s", "peak_gib")
+    shown = ("made_unknowns", "ranks", "wall_s", "busy_s", "stages_s", "peak_gib")
     print({k: row[k] for k in shown}, flush=True)
     return row
 
@@ -139,6 +166,7 @@ def main() -> None:
     """Measure, or be one case."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--case", help="one case, for the processes that this starts")
+    parser.add_argument("--body", choices=tuple(SIZES), default="whole", help="what is meshed")
     parser.add_argument("--small", action="store_true", help="without the largest size")
     parser.add_argument("--iterative", action="store_true", help="without a factorisation")
     options = parser.parse_args()
@@ -147,14 +175,16 @@ def main() -> None:
         if row is not None:
             print(json.dumps(row))
         return
-    solver = "iterative" if options.iterative else "direct"
+    solver, body = "iterative" if options.iterative else "direct", options.body
+    name = solver if body == "whole" else body
     OUT.mkdir(parents=True, exist_ok=True)
     rows = []
-    for unknowns in SIZES[:2] if options.small else SIZES:
+    for unknowns in SIZES[body][:2] if options.small else SIZES[body]:
         for ranks in RANKS:
-            rows.append(run({"unknowns": unknowns, "ranks": ranks, "solver": solver}))
-            (OUT / f"{solver}.json").write_text(json.dumps(rows, indent=1) + "\n", "utf-8")
-    (OUT / f"{solver}.md").write_text(table(rows), encoding="utf-8")
+            case = {"body": body, "unknowns": unknowns, "ranks": ranks, "solver": solver}
+            rows.append(run(case))
+            (OUT / f"{name}.json").write_text(json.dumps(rows, indent=1) + "\n", "utf-8")
+    (OUT / f"{name}.md").write_text(table(rows), encoding="utf-8")
     print(table(rows))
 
 
