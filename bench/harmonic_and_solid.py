@@ -19,10 +19,12 @@ import resource
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+ROOT = Path(__file__).resolve().parents[1]
 SPEEDS = 21
 TOP = 10_000 * np.pi / 30.0
 COLUMNS = 32
@@ -81,22 +83,44 @@ def frequencies(element) -> list[float]:
     return [*at_rest, *bending[:2]]
 
 
-def meshed(case: dict):
-    """The mesh of a case."""
-    from solidwhirl.meshing import MeshSize, mesh_meridian
-    from solidwhirl.meshing.own.revolved import revolved, unfolded
+def size_of(case: dict):
+    """Sizes of the elements of a case."""
+    from solidwhirl.meshing import MeshSize
 
-    size = MeshSize(
+    return MeshSize(
         size_m=0.1,
         corner_size_m=case["corner"],
         growth=case.get("growth", 0.6),
         through_thickness=case.get("through", 1.2),
     )
-    mesh = mesh_meridian(reference_rotor(), size)
+
+
+def meshed(case: dict):
+    """The mesh of a case."""
+    from solidwhirl.meshing import mesh_meridian
+    from solidwhirl.meshing.own.revolved import revolved, unfolded
+
+    mesh = mesh_meridian(reference_rotor(), size_of(case))
     if case["level"] == "harmonic":
         return mesh
     mesh = revolved(mesh, case.get("sectors"))
     return unfolded(mesh) if case.get("unfolded") else mesh
+
+
+def forecast_gib(case: dict) -> float:
+    """Largest memory of one process as it is told before the mesh is made."""
+    from solidwhirl.cost.work import predict_body_cost
+    from solidwhirl.model.bodies import build_bodies
+    from solidwhirl.model.effects import make_plan
+    from solidwhirl.scene_reading.reader import read_scene
+
+    scene = read_scene(ROOT / "scenes" / "reference_solid.toml")
+    bodies = build_bodies(scene)
+    plan = make_plan(scene, bodies, case["level"]).bodies["rotor"]
+    resolution = replace(plan.resolution, size=size_of(case), degree=case.get("degree", 2))
+    estimates = bool(case.get("estimates"))
+    plan = replace(plan, level=case["level"], resolution=resolution)
+    return predict_body_cost(bodies["rotor"], plan, modes=8, estimates=estimates).peak_memory_gib
 
 
 def floor_cpu_s(matrix, rows) -> tuple[float, float]:
@@ -208,6 +232,7 @@ def measure(case: dict) -> dict:
         "campbell_cpu_s": done - reduced,
         "process_cpu_s": done,
         "peak_memory_gib": peak,
+        "forecast_memory_gib": forecast_gib(case),
         "factorisation_cpu_s": factored,
         "solutions_cpu_s": solved,
         "reduction_over_floor": (reduced - drawn) / (factored + solved),
