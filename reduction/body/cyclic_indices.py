@@ -6,7 +6,7 @@ cyclic indices. Interfaces are held or free as the request says; what is not hel
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -73,11 +73,15 @@ class CyclicShapes:
 
 
 def reduce_indices(
-    body: AnyBody, mesh: Mesh, comm: Any, request: CyclicRequest
+    body: AnyBody,
+    mesh: Mesh,
+    comm: Any,
+    request: CyclicRequest,
+    begins: Callable[[int], None] = lambda index: None,
 ) -> tuple[CyclicBody, CyclicShapes]:
     """Reduce the cyclic indices of a body one by one.
 
-    `mesh`: meridian or sector. `comm`: all its ranks must call. Raises ReductionError: nothing
+    `mesh`: meridian or sector. `comm`: all its ranks must call. `begins`: told every index. Raises ReductionError: nothing
     holds an index that can move as a rigid body; see `reduction_basis`.
     """
     clamped = _clamped(body, request.held)
@@ -86,6 +90,7 @@ def reduce_indices(
     amplitudes: list[Matrix] = []
     roots: list[tuple[BladeRoot, ...]] = []
     for index in request.indices:
+        begins(index)
         operators = order_operators(clamped, mesh, comm, _order_request(request, index), index)
         try:
             if not request.held and operators.rigid_motions:

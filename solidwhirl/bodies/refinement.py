@@ -3,14 +3,16 @@
 Every iteration (round) reduces the bodies that changed, assembles the engine, estimates the errors
 of the modes that the Campbell diagram will follow, at rest, at the top speed and between, and
 refines what contributes more than its share: meshes by the errors of their own elements, bases by
-more modes or another speed. A round whose estimate rises is the last, and the one before it counts;
-so is one after which memory would not do. Analyses run once, on the system of that round.
+more modes or another speed. Where the memory does not hold the next round, what it aims at is
+doubled until it does, or nothing is left to refine. A round whose estimate rises is the last, and
+the one before it counts. Analyses run once, on the system of that round.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -55,9 +57,13 @@ class Round:
 
 
 def next_discretisations(
-    scene: Scene, plan: Plan, results: Mapping[str, BodyResult], system: AssembledSystem
+    scene: Scene,
+    plan: Plan,
+    results: Mapping[str, BodyResult],
+    system: AssembledSystem,
+    accuracy: float,
 ) -> tuple[Round, Mapping[str, Discretisation]]:
-    """Judge a round and choose what to refine.
+    """Judge a round and choose what to refine for an accuracy.
 
     Returns round, changed: the record of the round and new discretisations of the bodies to be
     reduced again; empty when the accuracy is met or nothing can be refined.
@@ -68,9 +74,9 @@ def next_discretisations(
     refined: list[str] = []
     # the mesh of a STEP file is compared when its basis is done, and has its share to come
     compared = any(None in plan.bodies[name].solved_orders for name in results)
-    if estimate > scene.model.accuracy * (_SHARES["mode_truncation"] if compared else 1.0):
+    if estimate > accuracy * (_SHARES["mode_truncation"] if compared else 1.0):
         for name, result in results.items():
-            chosen, what = _refined(scene, plan, found, result)
+            chosen, what = _refined(accuracy, plan, found, result)
             if what:
                 changed[name] = chosen
                 refined += [f"{name}: {w}" for w in what]
@@ -87,7 +93,7 @@ def next_discretisations(
 
 Reduce = Callable[[str, Discretisation, BodyResult | None], BodyResult | None]
 Judgement = tuple[Round, Mapping[str, Discretisation]]
-Judge = Callable[[Mapping[str, BodyResult], int], Judgement | None]
+Judge = Callable[[Mapping[str, BodyResult], int, float], Judgement | None]
 Shortage = Callable[[Mapping[str, Discretisation], Mapping[str, BodyResult]], str]
 
 
@@ -106,8 +112,8 @@ def rounds_of(
         Makes a body of a discretisation and its last result (None in the first round); None on
         ranks that have no part in the result.
     judge
-        Record and next discretisations from the bodies and the number of the round; None where
-        there is nothing to judge.
+        Record and next discretisations from the bodies, the number of the round, and how many
+        times the accuracy is aimed at; None where there is nothing to judge.
     comm
         Communicator; its rank 0 decides.
     shortage
@@ -127,12 +133,15 @@ def rounds_of(
             result = reduce_one(name, chosen, best.get(name))
             if result is not None:
                 reduced[name] = result
-        found = judge(reduced, len(rounds) + 1) if comm.rank == 0 else None
+        found = judge(reduced, len(rounds) + 1, 1.0) if comm.rank == 0 else None
         todo = {}
         if found is None:
             best = reduced
         else:
-            stopped = _stop(rounds, *found) or shortage(found[1], reduced)
+            stopped = _stop(rounds, *found)
+            if not stopped:
+                again = partial(judge, reduced, len(rounds) + 1)
+                found, stopped = _that_fits(found, again, shortage, reduced)
             todo = {} if stopped else found[1]
             refined = () if stopped else found[0].refined
             rounds.append(replace(found[0], refined=refined, stopped=stopped))
@@ -140,6 +149,24 @@ def rounds_of(
         todo = comm.bcast(todo, root=0)
     at = len(rounds) - 1 - _rises(rounds)
     return best, tuple(replace(r, kept=k == at) for k, r in enumerate(rounds))
+
+
+def _that_fits(
+    found: Judgement,
+    judge: Callable[[float], Judgement | None],
+    shortage: Shortage,
+    reduced: Mapping[str, BodyResult],
+) -> tuple[Judgement, str]:
+    """The finest next round that fits, for the accuracy or a multiple of it; or why none does."""
+    why, multiple, eased = shortage(found[1], reduced), 1.0, found
+    short = why
+    while short:
+        multiple *= 2.0
+        again = judge(multiple)
+        if again is None or not again[1]:
+            return found, why
+        eased, short = again, shortage(again[1], reduced)
+    return eased, ""
 
 
 def _rises(rounds: Sequence[Round]) -> bool:
@@ -179,12 +206,12 @@ def asked_modes(scene: Scene) -> AskedModes:
 
 
 def _refined(
-    scene: Scene, plan: Plan, found: Contributions, result: BodyResult
+    accuracy: float, plan: Plan, found: Contributions, result: BodyResult
 ) -> tuple[Discretisation, list[str]]:
     """What one body changes: parts whose errors, all bodies together, exceed their share."""
     chosen = result.discretisation
     what: list[str] = []
-    name, accuracy = result.body.name, scene.model.accuracy
+    name = result.body.name
     if not chosen.mesh_fixed:
         allowed = _allowed(found, name, "mesh", accuracy)
         # asked last: indicators of a body that was kept cost its reduction

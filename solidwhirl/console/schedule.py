@@ -42,7 +42,7 @@ def run_steps(plan: Plan, expected: Forecast, *, pictures: bool) -> tuple[Stage,
         Stage(name=StageName.CAMPBELL, seconds=diagram),
         Stage(name=StageName.CRITICAL_SPEEDS, seconds=critical),
         Stage(name=StageName.ERROR_ESTIMATES, seconds=_ESTIMATES_S + diagram),
-        *(Stage(name=StageName.ANALYSIS, body=n, seconds=_ANALYSIS_S) for n, _ in plan.analyses),
+        *(stage for name, _ in plan.analyses for stage in _analysis_stages(name, expected)),
         Stage(name=StageName.WRITING, seconds=_NUMBERS_S + drawing),
     )
 
@@ -54,6 +54,14 @@ def _body_stages(plan: Plan, costs: Mapping[str, Cost]) -> Iterator[Stage]:
         meshing = cost.seconds.get("meshing", 0.0)
         yield Stage(name=StageName.MESHING, body=name, seconds=meshing)
         yield Stage(name=StageName.REDUCTION, body=name, seconds=cost.total_s - meshing)
+
+
+def _analysis_stages(name: str, expected: Forecast) -> Iterator[Stage]:
+    yield Stage(name=StageName.ANALYSIS, body=name, seconds=_ANALYSIS_S)
+    for own in expected.nodal_diameters:
+        if own.analysis == name:
+            of_one = Stage(name=StageName.NODAL_DIAMETER, body=own.body, seconds=own.seconds)
+            yield from [of_one] * own.count
 
 
 class Schedule:

@@ -12,6 +12,7 @@ class StageName(StrEnum):
 
     MESHING = "meshing"
     REDUCTION = "reduction"
+    NODAL_DIAMETER = "nodal_diameter"
     ASSEMBLY = "assembly"
     CAMPBELL = "campbell"
     CRITICAL_SPEEDS = "critical_speeds"
@@ -23,6 +24,7 @@ class StageName(StrEnum):
 _TEXTS = {
     StageName.MESHING: "mesh {}",
     StageName.REDUCTION: "reduce {}",
+    StageName.NODAL_DIAMETER: "reduce {}",
     StageName.ASSEMBLY: "assemble the system",
     StageName.CAMPBELL: "Campbell diagram",
     StageName.CRITICAL_SPEEDS: "critical speeds",

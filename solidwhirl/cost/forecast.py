@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from solidwhirl.analyses.kinds.nodal_diameters import NodalDiametersSpec
 from solidwhirl.beams.body import MODES
 from solidwhirl.bodies.reduction import BodyResult, Discretisation, first_discretisation
 from solidwhirl.core.machine import (
@@ -25,6 +26,7 @@ from solidwhirl.meshing.own.prediction import PredictedMesh, predict_refined, pr
 from solidwhirl.model.plan_records import Plan
 from solidwhirl.model.resolution import choose_resolution
 from solidwhirl.scene.records import Scene
+from solidwhirl.scene_checks.recovery_references import sectors_of
 
 _HEAD = ("what", "unknowns", "predicted s", "predicted GiB")
 _LABELS = {
@@ -36,16 +38,27 @@ _SHARED = ("import_solvers", "campbell", "critical_speeds")
 
 
 @dataclass(frozen=True, kw_only=True)
+class NodalDiameterCost:
+    """Processor time of each of the nodal diameters of a body that an analysis reduces."""
+
+    analysis: str
+    body: str
+    count: int
+    seconds: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class Forecast:
     """Predicted cost of a run on this machine, without the [[analyses]].
 
     `first`: with the meshes it begins with; `last`: with meshes of the rule for the accuracy asked,
     where meshes follow their estimates: a round like it comes after the first; None where the first
-    is all.
+    is all. `nodal_diameters`: the [[analyses]] that cost as much as bodies do.
     """
 
     first: RunCost
     last: RunCost | None
+    nodal_diameters: tuple[NodalDiameterCost, ...] = ()
 
     @property
     def seconds(self) -> float:
@@ -101,11 +114,27 @@ def forecast(
             if wanted.size.corner_size_m < own.resolution.size.corner_size_m:
                 resolution = replace(wanted, degree=own.resolution.degree)
                 finer[name] = replace(own, resolution=resolution)
-    if not finer:
-        return Forecast(first=first, last=None)
-    later = replace(plan, bodies={**plan.bodies, **finer})
-    last = predict_cost(later, scene, bodies, modes=modes, estimates=estimated, machine=machine)
-    return Forecast(first=first, last=last)
+    last = None
+    if finer:
+        later = replace(plan, bodies={**plan.bodies, **finer})
+        last = predict_cost(later, scene, bodies, modes=modes, estimates=estimated, machine=machine)
+    of_diameters = tuple(_of_nodal_diameters(scene, plan, (last or first).bodies))
+    return Forecast(first=first, last=last, nodal_diameters=of_diameters)
+
+
+def _of_nodal_diameters(
+    scene: Scene, plan: Plan, costs: Mapping[str, Cost]
+) -> Iterator[NodalDiameterCost]:
+    """Every nodal diameter costs about what a circumferential order of its body does."""
+    for spec in scene.analyses:
+        if isinstance(spec, NodalDiametersSpec):
+            cost, orders = costs[spec.body], len(plan.bodies[spec.body].solved_orders)
+            yield NodalDiameterCost(
+                analysis=spec.label,
+                body=spec.body,
+                count=len(spec.indices(sectors_of(scene, spec.body))[0]),
+                seconds=(cost.total_s - cost.seconds.get("meshing", 0.0)) / orders,
+            )
 
 
 def refuse_too_large(
@@ -153,12 +182,12 @@ def shortage_of(
         if not costs:
             return ""
         needed = max(cost.peak_memory_gib for cost in costs) - BASE_GIB
-        spent = sum(cost.total_s for cost in costs)
-        progress(f"next round: about {spent:.2g} s, {needed:.2g} GiB more")
         left = available_memory_gib()
         if scene.model.memory_gib is not None:
             left = min(left, scene.model.memory_gib - resident_memory_gib())
         if needed <= left:
+            spent = sum(cost.total_s for cost in costs)
+            progress(f"next round: about {spent:.2g} s, {needed:.2g} GiB more")
             return ""
         return f"the next round needs about {needed:.2g} GiB, {max(left, 0.0):.2g} GiB are left"
 

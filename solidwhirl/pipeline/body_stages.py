@@ -58,17 +58,23 @@ def reduced_bodies(
     ) -> reduction.BodyResult | None:
         return _reduce(job, bodies[name], chosen, before)
 
-    def judge(reduced: Mapping[str, reduction.BodyResult], number: int) -> Judgement | None:
+    def judge(
+        reduced: Mapping[str, reduction.BodyResult], number: int, multiple: float
+    ) -> Judgement | None:
         if scene.model.estimates == "off":
             return None
-        key = _judgement_key(job, reduced, simple)
+        accuracy = multiple * scene.model.accuracy
+        key = _judgement_key(job, reduced, simple, accuracy)
 
         def compute() -> Judgement:
             system = engine_of(scene, plan, elements_of(reduced, simple))
-            return next_discretisations(scene, plan, reduced, system)
+            return next_discretisations(scene, plan, reduced, system, accuracy)
 
         with job.clock.stage("error_estimate"):
             done, todo = job.stage_cache.stage(f"judgement of round {number}", key, compute)
+        if multiple > 1.0:
+            job.progress(f"too much for the memory; the next round aims at {accuracy:.1e}")
+            return done, todo
         later = [name for name, body in bodies.items() if is_compared(body, plan.bodies[name])]
         left_out = f", the mesh of {', '.join(later)} not yet in it" if later else ""
         job.progress(f"estimated error {done.estimate:.1e} after round {number}{left_out}")
@@ -87,9 +93,12 @@ def elements_of(
 
 
 def _judgement_key(
-    job: Job, reduced: Mapping[str, reduction.BodyResult], simple: Mapping[str, Superelement]
+    job: Job,
+    reduced: Mapping[str, reduction.BodyResult],
+    simple: Mapping[str, Superelement],
+    accuracy: float,
 ) -> str:
-    asked = (engine_part(job.scene), job.plan.bodies, job.plan.speeds_rad_s)
+    asked = (engine_part(job.scene), job.plan.bodies, job.plan.speeds_rad_s, accuracy)
     found = [(_content(r.body), r.discretisation, r.mesh, r.element) for r in reduced.values()]
     return job.stage_cache.key("judgement", asked, found, simple)
 

@@ -67,6 +67,9 @@ def _reduced(
         estimates=("mode_truncation", "mesh") if job.scene.model.estimates == "on" else (),
         solver=own.solver,
     )
-    why = f", nodal diameters {min(indices)} to {max(indices)}"
-    job.progress(Stage(name=StageName.REDUCTION, body=found.body.name, detail=why))
-    return reduce_indices(found.body, mesh, MPI.COMM_SELF, request)
+
+    def begins(index: int) -> None:
+        detail = f", nodal diameter {index} of {min(indices)} to {max(indices)}"
+        job.progress(Stage(name=StageName.NODAL_DIAMETER, body=found.body.name, detail=detail))
+
+    return reduce_indices(found.body, mesh, MPI.COMM_SELF, request, begins)

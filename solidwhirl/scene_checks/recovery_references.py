@@ -54,15 +54,29 @@ def no_solid(scene: Scene, body: str) -> str:
     return ""
 
 
-def no_common_sector(scene: Scene, name: str) -> str:
-    """Why a body of sections has no equal sectors; empty if it has."""
+def sectors_of(scene: Scene, name: str) -> int | None:
+    """Number of equal sectors of a body; None of one of revolution, or where it has none."""
+    if name in scene.mesh_bodies:
+        return scene.mesh_bodies[name].sectors
+    common = math.gcd(*_feature_counts(scene, name))
+    return common if common >= FEWEST else None
+
+
+def _feature_counts(scene: Scene, name: str) -> list[int]:
+    """How many there are of every kind of blade, hole and slot of a body of sections."""
     if name not in scene.bodies:
-        return ""
+        return []
     body = scene.bodies[name]
     groups = (group.blades.count for group in body.stage_groups if group.blades is not None)
     own: list[BladeSpec | HoleSpec | SlotSpec] = [*body.blades, *body.holes, *body.slots]
-    counts = [*(feature.count for feature in own), *(n for several in groups for n in several)]
-    if not counts or math.gcd(*counts) >= FEWEST:
+    return [*(feature.count for feature in own), *(n for several in groups for n in several)]
+
+
+def no_common_sector(scene: Scene, name: str) -> str:
+    """Why a body of sections has no equal sectors; empty if it has."""
+    counts = _feature_counts(scene, name)
+    # a count that no body can have is refused with its own reason
+    if not counts or min(counts) < FEWEST or math.gcd(*counts) >= FEWEST:
         return ""
     told = ", ".join(str(n) for n in sorted(set(counts)))
     return f"the features of {name!r} have the counts {told}, which no sector has in common"

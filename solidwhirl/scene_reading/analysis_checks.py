@@ -14,9 +14,10 @@ from solidwhirl.analyses.kinds.separation_margins import SeparationMarginsSpec
 from solidwhirl.analyses.kinds.stiffness_study import StiffnessStudySpec
 from solidwhirl.analyses.registry import AnalysisSpec
 from solidwhirl.core.errors import unknown
+from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import acting_on, is_off_axis
-from solidwhirl.scene_checks.recovery_references import no_common_sector, no_solid
+from solidwhirl.scene_checks.recovery_references import no_common_sector, no_solid, sectors_of
 from solidwhirl.scene_reading.weight import weight_problems
 
 # Keys of analyses by what they name.
@@ -94,6 +95,11 @@ def _nodal_problems(scene: Scene, spec: NodalDiametersSpec) -> Iterator[str]:
             f"body: {why}; nodal diameters are those of equal sectors: describe each stage as a "
             "body of its own, held where it joins the others"
         )
+    sectors = sectors_of(scene, spec.body)
+    try:
+        spec.indices(sectors)
+    except AnalysisError as error:
+        yield str(error)
     known = list(scene.interface_names()[spec.body])
     for k, name in enumerate(spec.held):
         if name not in known:

@@ -107,15 +107,21 @@ class NodalDiametersSpec(base.Sweep):
             )
         return self
 
+    def indices(self, sectors: int | None) -> tuple[tuple[int, ...], list[str]]:
+        """Nodal diameters of a body of so many sectors, and notes on what is left out.
+
+        Raises AnalysisError: a nodal diameter, or blades, that such a body has not.
+        """
+        if self.mistuning is not None:
+            results.refuse_mistuning(self.mistuning.asked, sectors, self.body)
+        every = self.mistuning is not None
+        return results.chosen_indices(self.nodal_diameters, sectors, self.held, every=every)
+
     def run(self, engine: base.Engine) -> Outcome:
         """Modes of all nodal diameters over the speed, their crossings, and mistuned blades."""
         source: results.CyclicSource = engine.cyclic(self.body)
-        if self.mistuning is not None:
-            results.refuse_mistuning(self.mistuning.asked, source, self.body)
         ratio = abs(engine.speed_ratios[self.body])
-        indices, notes = results.chosen_indices(
-            self.nodal_diameters, source, self.held, every=self.mistuning is not None
-        )
+        indices, notes = self.indices(source.sectors)
         orders = results.chosen_orders(self.engine_orders, source.sectors, indices)
         asked = results.Asked(
             body=self.body,

@@ -46,13 +46,14 @@ class Asked(NamedTuple):
 
 
 def chosen_indices(
-    given: Sequence[int] | None, source: CyclicSource, held: Sequence[str], *, every: bool
+    given: Sequence[int] | None, sectors: int | None, held: Sequence[str], *, every: bool
 ) -> tuple[tuple[int, ...], list[str]]:
     """Return the nodal diameters to look at, and notes on what is left out.
 
-    `every`: whether none may be left out. Raises AnalysisError: a diameter that the body has not.
+    `sectors`: None of a body of revolution. `every`: whether none may be left out. Raises
+    AnalysisError: a diameter that the body has not.
     """
-    sectors, first = source.sectors, 0 if held else 2
+    first = 0 if held else 2
     highest = _ROUND if sectors is None else sectors // 2
     if given is not None:
         wrong = [h for h in given if sectors is not None and h > highest]
@@ -216,17 +217,17 @@ class MistuningAsked(NamedTuple):
     random: tuple[float, int, int] | None
 
 
-def refuse_mistuning(wanted: MistuningAsked, source: CyclicSource, body: str) -> None:
+def refuse_mistuning(wanted: MistuningAsked, sectors: int | None, body: str) -> None:
     """Refuse what blades of a body can not be asked, before it is reduced. Raises AnalysisError."""
-    if source.sectors is None:
+    if sectors is None:
         raise AnalysisError(
             f"mistuning: {body!r} is of revolution; it has no blades to be mistuned"
         )
     given = wanted.blade_deviations
-    if given is not None and len(given) != source.sectors:
+    if given is not None and len(given) != sectors:
         raise AnalysisError(
-            f"mistuning.blade_deviations: {len(given)} given, but {body!r} has {source.sectors} "
-            "sectors, and one is needed for each"
+            f"mistuning.blade_deviations: {len(given)} given, but {body!r} has {sectors} sectors, "
+            "and one is needed for each"
         )
 
 

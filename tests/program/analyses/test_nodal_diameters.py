@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from solidwhirl.analyses.kinds.nodal_diameters import NodalDiametersSpec
-from solidwhirl.analyses.nodal_diameters.results import CyclicSource
 from solidwhirl.core.blocks import Table, TurningModes
 from solidwhirl.core.errors import SceneError
 from solidwhirl.meshing import Sector
@@ -212,24 +211,21 @@ def test_bad_scenes_are_refused(asked, message):
 
 
 @pytest.mark.parametrize(
-    ("sectors", "asked", "message"),
+    ("blades", "asked", "message"),
     [
-        (None, {"mistuning": {"engine_order": 4, "standard_deviation": 0.01}}, "has no blades"),
-        (5, {"nodal_diameters": [3]}, "3, but a body of 5 sectors has 0 to 2"),
+        ((), {"mistuning": {"engine_order": 4, "standard_deviation": 0.01}}, "has no blades"),
+        ([BLADES], {"nodal_diameters": [3]}, "3, but a body of 5 sectors has 0 to 2"),
         (
-            5,
+            [BLADES],
             {"mistuning": {"engine_order": 4, "blade_deviations": [0.01] * 4}},
             "blade_deviations: 4 given, but 'rotor' has 5 sectors",
         ),
     ],
 )
-def test_what_a_body_can_not_be_asked(sectors, asked, message):
-    """Before anything is reduced."""
-    (spec,) = parse_scene(_data(**asked)).analyses
-    source = CyclicSource(sectors=sectors, reduce=None)
-    engine = SimpleNamespace(cyclic={"rotor": source}.get, speed_ratios={"rotor": 2.0})
-    with pytest.raises(AnalysisError, match=message):
-        spec.run(engine)
+def test_what_a_body_can_not_be_asked(blades, asked, message):
+    """Before anything is meshed."""
+    with pytest.raises(SceneError, match=message):
+        parse_scene(_data(blades, **asked))
 
 
 def test_stages_without_a_common_sector_are_refused():

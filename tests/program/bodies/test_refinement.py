@@ -47,11 +47,14 @@ class Alone:
         return value
 
 
-def rounds(estimates, looked_at=None, shortage=None):
-    """Bodies and rounds of a judge that always wants more and finds these estimates."""
+def rounds(estimates, looked_at=None, shortage=None, eased=1.0):
+    """Bodies and rounds of a judge that always wants more and finds these estimates.
+
+    `eased`: largest multiple of the accuracy that the judge refines for.
+    """
     looked_at = looked_at or [6] * len(estimates)
 
-    def judge(reduced, number):
+    def judge(reduced, number, multiple):
         found = Round(
             unknowns={"a": number},
             modes={"a": 4},
@@ -60,10 +63,10 @@ def rounds(estimates, looked_at=None, shortage=None):
             refined=("a: mesh",),
             looked_at=looked_at[number - 1],
         )
-        return found, {"a": number + 1}
+        return found, {} if multiple > eased else {"a": number + multiple}
 
     def reduce_one(name, chosen, before):
-        assert before is None or before == chosen - 1  # goes on from the last round
+        assert before is None or before < chosen  # goes on from the last round
         return chosen
 
     more = {} if shortage is None else {"shortage": shortage}
@@ -94,10 +97,24 @@ def test_a_rising_estimate_is_not_followed_by_a_finer_round(worse):
 
 
 def test_a_round_that_memory_can_not_hold_is_not_begun():
-    bodies, found = rounds([0.3, 0.1, 0.05], shortage=lambda todo, _: "full" * (todo["a"] > 2))
+    bodies, found = rounds(
+        [0.3, 0.1, 0.05], shortage=lambda todo, reduced: "full" * (todo["a"] > 2)
+    )
     assert bodies == {"a": 2}
     assert [r.stopped for r in found] == ["", "full"]
     assert found[-1].kept
+
+
+def test_a_round_that_memory_can_not_hold_aims_at_less():
+    """Half the accuracy fits; then half and a quarter do not, and the round is good enough."""
+
+    def shortage(todo, reduced):
+        return "" if todo["a"] == 3.0 and reduced["a"] == 1 else "full"
+
+    bodies, found = rounds([0.3, 0.1, 0.05], shortage=shortage, eased=4.0)
+    assert bodies == {"a": 3.0}
+    assert [r.stopped for r in found] == ["", "full"]
+    assert [r.refined for r in found] == [("a: mesh",), ()]
 
 
 @pytest.mark.parametrize(("available", "allowed"), [(1e-3, None), (100.0, 0.2), (100.0, 100.0)])
@@ -110,12 +127,13 @@ def test_memory_is_forecast_before_every_round(monkeypatch, available, allowed):
     said = []
     shortage = shortage_of(asked, plan, bodies, said.append)
     why = shortage({"shaft": first_discretisation(asked, plan, "shaft")}, {})
-    assert said[0].startswith("next round: about ")
     if min(available, allowed or available) < 1.0:
         assert why.startswith("the next round needs about ")
         assert why.endswith(" GiB are left")
+        assert said == []
     else:
         assert why == ""
+        assert said[0].startswith("next round: about ")
 
 
 def test_a_whole_solid_leaves_its_mesh_a_share_of_the_accuracy(monkeypatch):
@@ -139,7 +157,7 @@ def test_a_whole_solid_leaves_its_mesh_a_share_of_the_accuracy(monkeypatch):
             spin_rad_s={},
         )
         monkeypatch.setattr(dial, "error_contributions", lambda *_: found)
-        return dial.next_discretisations(asked, plan, {"shaft": result}, None)[1]
+        return dial.next_discretisations(asked, plan, {"shaft": result}, None, 4e-3)[1]
 
     assert refined(2e-3)["shaft"].modes > chosen.modes
     assert refined(4e-4) == {}
