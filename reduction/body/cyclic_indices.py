@@ -81,8 +81,8 @@ def reduce_indices(
 ) -> tuple[CyclicBody, CyclicShapes]:
     """Reduce the cyclic indices of a body one by one.
 
-    `mesh`: meridian or sector. `comm`: all its ranks must call. `begins`: told every index. Raises ReductionError: nothing
-    holds an index that can move as a rigid body; see `reduction_basis`.
+    `mesh`: meridian or sector. `comm`: all its ranks must call. `begins`: told every index. Raises
+    ReductionError: nothing holds an index that can move as a rigid body; see `reduction_basis`.
     """
     clamped = _clamped(body, request.held)
     outline, blades = surface_mesh(mesh), meshed_blades(body, mesh)
@@ -136,9 +136,12 @@ def _sectors(mesh: Mesh) -> int:
 
 
 def _clamped(body: AnyBody, held: Sequence[str]) -> AnyBody:
-    """The body with the held interfaces alone, whose nodes do not move against each other."""
+    """The body with the held interfaces alone, whose nodes do not move against each other.
+
+    A rigid disk on one of them does not move, and one on another has nothing to move with.
+    """
     kept: Any = tuple(replace(i, coupling="rigid") for i in body.interfaces if i.name in held)
-    return replace(body, interfaces=kept)
+    return replace(body, interfaces=kept, rigid_disks=())
 
 
 def _order_request(request: CyclicRequest, index: int) -> ReductionRequest:

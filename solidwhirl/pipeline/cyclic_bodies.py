@@ -43,7 +43,11 @@ def cyclic_source(job: Job, reduced: Mapping[str, BodyResult], name: str) -> Cyc
     def reduce(held: Sequence[str], indices: Sequence[int], modes: int) -> tuple[CyclicBody, Any]:
         return _reduced(job, found, mesh, (held, indices, modes))
 
-    return CyclicSource(sectors=mesh.sector.count if mesh.sector else None, reduce=reduce)
+    return CyclicSource(
+        sectors=mesh.sector.count if mesh.sector else None,
+        rigid_disks=tuple((disk.name, disk.interface) for disk in found.body.rigid_disks),
+        reduce=reduce,
+    )
 
 
 def _reduced(

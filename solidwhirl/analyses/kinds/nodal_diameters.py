@@ -122,6 +122,7 @@ class NodalDiametersSpec(base.Sweep):
         source: results.CyclicSource = engine.cyclic(self.body)
         ratio = abs(engine.speed_ratios[self.body])
         indices, notes = self.indices(source.sectors)
+        notes += results.disks_left_out(source, self.held, indices)
         orders = results.chosen_orders(self.engine_orders, source.sectors, indices)
         asked = results.Asked(
             body=self.body,

@@ -28,6 +28,8 @@ class CyclicSource:
 
     #: N; None of a body of revolution
     sectors: int | None
+    #: Rigid disks of the body by the interface that they are fixed to
+    rigid_disks: tuple[tuple[str, str], ...]
     #: Takes held interfaces, indices, and modes of each; returns `CyclicBody` and its shapes
     reduce: Callable[[Sequence[str], Sequence[int], int], tuple[nd.CyclicBody, Any]]
 
@@ -73,6 +75,14 @@ def chosen_indices(
         end = "more" if sectors is None else f"{last + 1} to {highest}"
         notes.append(f"nodal diameters {first} to {last}; name others to see {end}")
     return tuple(range(first, last + 1)), notes
+
+
+def disks_left_out(source: CyclicSource, held: Sequence[str], indices: Sequence[int]) -> list[str]:
+    """Return notes on rigid disks that the fields of an interface would move: those of 0 and 1."""
+    free = [disk for disk, interface in source.rigid_disks if interface not in held]
+    if not free or min(indices) > 1:
+        return []
+    return [f"nodal diameters 0 and 1 are without the rigid disks {', '.join(free)}"]
 
 
 def chosen_orders(
