@@ -11,12 +11,10 @@ from itertools import product
 
 import numpy as np
 
-from solidwhirl.geometry import Blade, Body, Feature, Hole, Section, sector_count
+from solidwhirl.geometry import Blade, Body, Feature, Hole, Section, common_sectors, mirror_angle
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.records import FloatArray
 
-# Angles that differ by less are equal [rad].
-_SAME_ANGLE = 1e-9
 # Smallest part of a sector that a cut between the features leaves on either side of it.
 _ROOM = 0.02
 # Points along every edge of a root: between its corners the angle may have an extremum.
@@ -42,41 +40,12 @@ class Cut:
 def choose_cut(body: Body) -> Cut:
     """Choose the cut of a body with features.
 
-    Raises GeometryError: the body has no features. Raises MeshingError: less than three sectors.
+    Raises GeometryError: the body has no features, or less than three sectors.
     """
-    count = sector_count(body.features)
-    if count < 3:
-        counts = ", ".join(f"{f.name}: {f.count}" for f in body.features)
-        raise MeshingError(
-            f"body {body.name!r}: its features ({counts}) leave it {count} equal sectors; at least "
-            "3 are needed"
-        )
-    angle = mirror_angle(body.features, count)
+    count, angle = common_sectors(body), mirror_angle(body)
     if angle is not None:
         return Cut(count=count, mirrored=True, angle_rad=angle)
     return Cut(count=count, mirrored=False, angle_rad=_free_angle(body, count))
-
-
-def mirror_angle(features: tuple[Feature, ...], count: int) -> float | None:
-    """Angle [rad] of a plane through the axis that mirrors all features; None: there is none.
-
-    A set of m equal features at angle a is mirrored in the planes a + k π/m, if they have no
-    stagger.
-    """
-    if any(isinstance(f, Blade) and any(f.stagger_deg) for f in features):
-        return None
-    fewest = min(features, key=lambda f: f.count)
-    for k in range(fewest.count // count):
-        angle = np.radians(fewest.angle_deg) + k * np.pi / fewest.count
-        if all(_mirrors(angle, f) for f in features):
-            return float(angle)
-    return None
-
-
-def _mirrors(angle: float, feature: Feature) -> bool:
-    period = np.pi / feature.count
-    off = (angle - np.radians(feature.angle_deg)) % period
-    return bool(min(off, period - off) < _SAME_ANGLE)
 
 
 def section_named(body: Body, name: str) -> Section:
