@@ -63,8 +63,9 @@ def whirl_name(whirl: str) -> str:
 
 
 def series_look(number: int) -> Look:
-    """Return the look of one of several curves, from 0; all of it recurs after 24."""
-    return Look(f"@c{number % 8}", _DASHES[number % len(_DASHES)], _MARKS[number % len(_MARKS)])
+    """Return the look of one of several curves, from 0; no colour has a mark twice before 64."""
+    mark = _MARKS[(number + number // 8) % len(_MARKS)]
+    return Look(f"@c{number % 8}", _DASHES[number % len(_DASHES)], mark)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -235,6 +235,10 @@ def picture(
         write_figure(figure, path)
 
 
+# Letters of small print across a figure of full width, and the room of a mark beside its label.
+_LETTERS, _BEFORE_LABEL = 118, 8
+
+
 def add_legend(
     figure: Figure,
     frames: Sequence[Axes],
@@ -244,7 +248,7 @@ def add_legend(
 ) -> None:
     """Put each label of some frames once beside them, lines of a note below; nothing if none.
 
-    The place is in the words of matplotlib.
+    The place is in the words of matplotlib; `columns` are as many as long labels leave.
     """
     from matplotlib.lines import Line2D
 
@@ -255,6 +259,8 @@ def add_legend(
     nothing, lines = Line2D([], [], linestyle="none"), note.splitlines()
     if rows or lines:
         handles = [*rows.values(), *[nothing for _ in lines]]
+        widest = max(map(len, (*rows, *lines))) + _BEFORE_LABEL
+        columns = max(1, min(columns, _LETTERS // widest))
         figure.legend(handles, [*rows, *lines], loc=place, ncols=columns, frameon=False,
                       fontsize=SMALL_PT)  # fmt: skip
 
