@@ -106,6 +106,7 @@ NOT_RUN = {
     "make scenes": DRY,
     "make study": DRY,
     ".venv/bin/solidwhirl study scenes/reference_solid.toml": DRY,
+    ".venv/bin/solidwhirl study scenes/bladed_disk.toml": DRY,
     "sbatch sweep.sh": "needs Slurm;"
     " tests/program/batch/test_batch.py runs such a script without it",
 }
