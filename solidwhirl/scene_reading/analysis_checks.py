@@ -14,6 +14,7 @@ from solidwhirl.analyses.kinds.separation_margins import SeparationMarginsSpec
 from solidwhirl.analyses.kinds.stiffness_study import StiffnessStudySpec
 from solidwhirl.analyses.registry import AnalysisSpec
 from solidwhirl.core.errors import unknown
+from solidwhirl.geometry.features import MOST
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import acting_on, is_off_axis
@@ -96,10 +97,11 @@ def _nodal_problems(scene: Scene, spec: NodalDiametersSpec) -> Iterator[str]:
             "body of its own, held where it joins the others"
         )
     sectors = sectors_of(scene, spec.body)
-    try:
-        spec.indices(sectors)
-    except AnalysisError as error:
-        yield str(error)
+    if sectors is None or sectors <= MOST:  # geometry refuses more with its own reason
+        try:
+            spec.indices(sectors)
+        except AnalysisError as error:
+            yield str(error)
     known = list(scene.interface_names()[spec.body])
     for k, name in enumerate(spec.held):
         if name not in known:
