@@ -22,7 +22,14 @@ from solidwhirl.rotordyn.assembly.system import (
     matrices_at_speed,
     speed_derivative,
 )
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, Matrix, together
+from solidwhirl.rotordyn.core.arrays import (
+    BoolArray,
+    ComplexArray,
+    FloatArray,
+    IntArray,
+    Matrix,
+    together,
+)
 from solidwhirl.rotordyn.core.dense import (
     Roots,
     diagonal,
@@ -67,7 +74,8 @@ class Block:
     `mass`: M, Hermitian, shape (n, n); `at`: V and K at a speed Ω in rad/s; `slopes`: dV/dΩ and
     dK/dΩ at a speed, on one side of it; `shift`: a real rate of the order of the slowest motion,
     1/s. `is_free`: whether some motion meets no stiffness at any speed: its zeros are no
-    instability.
+    instability. `counted`: which of vectors (n, m) are motions of the machine, where an expansion
+    has others too; shape (m,).
     """
 
     mass: Matrix
@@ -75,6 +83,7 @@ class Block:
     slopes: Callable[[float, Side], Coefficients]
     shift: float = 1.0
     is_free: bool = False
+    counted: Callable[[ComplexArray], BoolArray] = lambda right: np.ones(right.shape[1], dtype=bool)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -84,7 +93,7 @@ class Spectral:
     `values`: λ, shape (m,), m = 2n; exactly 0 for motions of free bodies. `slopes`: dλ/dΩ on one
     side of the speed, shape (m,). `right`, `left`: vectors x (n, m) and y (m, n), y_i [(λ_i + λ_j)
     M + V] x_j = 1 for i = j, 0 else. `tolerance`: real parts below this are neutral: rounding, or
-    growth too slow to be seen; shape (m,). `coefficients`: v and K there.
+    growth too slow to be seen; shape (m,). `coefficients`: v and K there. `counted`: as of `Block`.
     """
 
     speed_rad_s: float
@@ -94,11 +103,17 @@ class Spectral:
     left: ComplexArray
     tolerance: FloatArray
     coefficients: Coefficients
+    counted: BoolArray
 
     @property
     def excess(self) -> FloatArray:
-        """Re λ less what counts as neutral, shape (m,)."""
-        return np.asarray(self.values.real - self.tolerance)
+        """Re λ less what counts as neutral, shape (m,); −inf of what does not count."""
+        return np.where(self.counted, self.values.real - self.tolerance, -np.inf)
+
+    @property
+    def own(self) -> ComplexArray:
+        """Eigenvalues that count."""
+        return np.asarray(self.values[self.counted])
 
     @property
     def grows(self) -> bool:
@@ -119,7 +134,7 @@ def blocks_of(assembled: AssembledSystem, speed_low: float, speed_high: float) -
     else:
         found = [_lateral_block(form)]
         found += [_real_block(assembled, group) for group in _uncoupled(assembled, form.rest)]
-    return [_prepared(b, assembled.body_rate, speed_low, speed_high) for b in found]
+    return [prepared(b, assembled.body_rate, speed_low, speed_high) for b in found]
 
 
 def _uncoupled(assembled: AssembledSystem, among: IntArray) -> list[IntArray]:
@@ -169,8 +184,11 @@ def _lateral_block(form: ComplexForm) -> Block:
     return Block(mass=form.mass, at=at, slopes=slopes)
 
 
-def _prepared(block: Block, body_rate: float, low: float, high: float) -> Block:
-    """Return the block with its shift, and whether it is free."""
+def prepared(block: Block, body_rate: float, low: float, high: float) -> Block:
+    """Return the block with its shift, and whether it is free.
+
+    `body_rate`: as of an `AssembledSystem`. `low`, `high`: range of speeds it is solved in, rad/s.
+    """
     rates, zeros = [], []
     # a motion that is free at three odd places is free at all of them
     for part in (0.2357, 0.5403, 0.8189):
@@ -221,6 +239,7 @@ def solve(block: Block, speed_rad_s: float) -> Spectral:
         left=left,
         tolerance=np.where(alive, np.maximum(NEUTRAL * np.abs(values), tolerance), np.inf),
         coefficients=found,
+        counted=block.counted(right),
     )
 
 
@@ -318,6 +337,11 @@ class Stretch:
     def width(self) -> float:
         """Distance of both speeds, rad/s."""
         return self.second.speed_rad_s - self.first.speed_rad_s
+
+    @property
+    def counted(self) -> BoolArray:
+        """Which paths count at one end at least, shape (m,)."""
+        return np.asarray(self.first.counted | self.second.counted[self.partner])
 
     @property
     def end_values(self) -> ComplexArray:

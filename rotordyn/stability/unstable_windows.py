@@ -77,23 +77,33 @@ class _Piece(NamedTuple):
 
 
 def unstable_windows(
-    block: Block, knots_rad_s: Iterable[float], speed_low: float, speed_high: float
+    block: Block,
+    knots_rad_s: Iterable[float],
+    speed_low: float,
+    speed_high: float,
+    narrowest: float = 0.0,
 ) -> list[Window]:
     """Find every range of speeds in which a block has an eigenvalue that grows.
 
     `knots_rad_s`: speeds at which a law has a knot: slopes jump there. `speed_low`, `speed_high`:
-    range searched, rad/s, low < high. Returns rising; those that touch are one.
+    range searched, rad/s, low < high. `narrowest`: two modes that meet are not followed up where
+    what they drive is narrower, rad/s. Returns rising; those that touch are one.
     """
-    return _Search(block, knots_rad_s, speed_low, speed_high).windows()
+    return _Search(block, knots_rad_s, speed_low, speed_high, narrowest).windows()
 
 
 class _Search:
     """Follow all eigenvalues of a block, solving once at each speed."""
 
     def __init__(
-        self, block: Block, knots: Iterable[float], speed_low: float, speed_high: float
+        self,
+        block: Block,
+        knots: Iterable[float],
+        speed_low: float,
+        speed_high: float,
+        narrowest: float,
     ) -> None:
-        self.block = block
+        self.block, self.narrowest = block, narrowest
         self.low, self.high = speed_low, speed_high
         inside = {0.0, *knots, *(-k for k in knots)}
         self.corners = sorted(
@@ -129,13 +139,15 @@ class _Search:
         grid = stretch.paths(_PARTS)
         tolerance = np.minimum(stretch.first.tolerance, stretch.second.tolerance[stretch.partner])
         excess = grid.real - np.where(np.isfinite(tolerance), tolerance, 0.0)[:, None]
+        excess[~stretch.counted] = -np.inf
         # two modes that grow at either end need not be one that grows in between
         known = np.where(stretch.mac < _UNLIKE, _error(stretch, None), error)
-        if (excess.min(axis=1) > known).any():
+        throughout = stretch.first.counted & stretch.second.counted[stretch.partner]
+        if ((excess.min(axis=1) > known) & throughout).any():
             return [_Piece(low, high, True)]
         narrow = high - low <= _FLOOR * (self.high - self.low)
         doubtful = excess.max(axis=1) + error > 0
-        place = _meeting(stretch, grid, tolerance)
+        place = _meeting(stretch, grid, tolerance, self.narrowest)
         room = min(place, 1.0 - place) * (high - low) > _MEETING_FLOOR * (self.high - self.low)
         if not (np.isfinite(place) and room):
             if not doubtful.any():
@@ -168,7 +180,7 @@ class _Search:
                 values = stretch.first.values if speed == low else stretch.end_values
                 return float(values[paths].real.max())
             near = stretch.paths(np.array([(speed - low) / (high - low)]))[paths, 0]
-            values = self.at(speed).values
+            values = self.at(speed).own
             return max(float(values[np.abs(values - v).argmin()].real) for v in near)
 
         calm, loud = (low, high) if after else (high, low)
@@ -221,10 +233,12 @@ class _Search:
         step = (speed - other) / _BEYOND
         for _ in range(_BEYOND):
             place = min(max(speed + step, self.low), self.high)
-            values = self.at(place).values
+            values = self.at(place).own
             value = complex(values[np.abs(values - value).argmin()])
             if value.real < -ROUNDING * abs(value):
                 return self._zero_between((speed, start), (place, value))
+            if value.real <= ROUNDING * abs(value):
+                break  # neutral: two motions that have parted
             if place in (self.low, self.high):
                 break
             step *= 2.0
@@ -236,7 +250,7 @@ class _Search:
         def growth(speed: float) -> float:
             part = (speed - grown[0]) / (damped[0] - grown[0])
             near = grown[1] + part * (damped[1] - grown[1])
-            values = self.at(speed).values
+            values = self.at(speed).own
             return float(values[np.abs(values - near).argmin()].real)
 
         root = _root(growth, grown[0], damped[0])
@@ -248,7 +262,7 @@ class _Search:
         seen = next((k for k, v in enumerate(places) if self.at(v).grows), len(places) - 1)
         value = self._leading(places[seen])
         for place in (*reversed(places[:seen]), speed):
-            values = self.at(place).values
+            values = self.at(place).own
             value = complex(values[np.abs(values - value).argmin()])
         return value
 
@@ -319,15 +333,20 @@ def _crosses_once(excess: FloatArray, error: FloatArray) -> bool:
     return bool((steps >= 0).all() and clear.all() and other.all())
 
 
-def _meeting(stretch: Stretch, grid: ComplexArray, tolerance: FloatArray) -> float:
+def _meeting(
+    stretch: Stretch, grid: ComplexArray, tolerance: FloatArray, narrowest: float
+) -> float:
     """Return the part of a stretch at which two modes meet that may drive each other, nan if none.
+
+    `narrowest`: width of what they may make unstable, rad/s, below which they are left alone.
 
     Two modes with λ1 − λ2 = iΔ and a coupling p = W12 W21 have λ = mean ± √(p − Δ²/4): they grow
     by Re √p at most, within |Δ| < 2 √|p|. From the change W of the matrices over the stretch,
     √p = √(W12 W21) Δ_end / (Δ_1 − Δ_2).
     """
     gaps = [np.subtract.outer(v, v) for v in (grid.imag[:, 0], grid.imag[:, -1])]
-    i, j = np.nonzero(np.triu(gaps[0] * gaps[1] < 0, 1))
+    counted = stretch.counted
+    i, j = np.nonzero(np.triu((gaps[0] * gaps[1] < 0) & (counted & counted[:, None]), 1))
     if not i.size:
         return float("nan")
     closing = gaps[0][i, j] - gaps[1][i, j]
@@ -339,6 +358,7 @@ def _meeting(stretch: Stretch, grid: ComplexArray, tolerance: FloatArray) -> flo
         gain = np.maximum(gain, np.abs(root.real) + _PHASE * np.abs(root))
     highest = np.maximum(grid.real.max(axis=1)[i], grid.real.max(axis=1)[j])
     able = highest + gain > np.maximum(tolerance[i], tolerance[j])
+    able &= 2.0 * strength / np.abs(closing) * stretch.width > narrowest
     if not able.any():
         return float("nan")
     i, j, strength, closing = i[able], j[able], strength[able], closing[able]

@@ -1,0 +1,136 @@
+"""Bodies that bend unlike in two planes: closed forms, two-bladed hubs, multipliers of a period."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from bladed_hub import BladedHub
+from turning_frame import floquet_multipliers as by_steps
+
+from solidwhirl.rotordyn.asymmetric import (
+    Joint,
+    floquet_multipliers,
+    hill_block,
+    turning_body,
+    unstable_ranges,
+)
+from solidwhirl.rotordyn.core.errors import AnalysisError
+from solidwhirl.rotordyn.stability.eigenvalue_paths import prepared, solve
+
+RPM = np.pi / 30.0
+CROSS = np.array([[0.0, -1.0], [1.0, 0.0]])
+
+
+def on_shaft(mass, stiffness, damping=0.0):
+    """A mass in the middle of a flat shaft (2 directions), damped from outside."""
+    matrices = {
+        "mass": mass * np.eye(2),
+        "gyroscopic": 2.0 * mass * CROSS,
+        "stiffness": np.diag(stiffness),
+        "centrifugal_stiffness": -mass * np.eye(2),
+    }
+    motion = np.eye(6, 2)
+    joint = Joint(motion, np.zeros((6, 6)), np.diag([damping, damping, 0.0, 0.0, 0.0, 0.0]))
+    return turning_body(matrices, [joint])
+
+
+def two_blades(springs, damping=(0.0, 0.0), cross=0.0):
+    """A hub of 7 on springs along x and y with two lag hinges at 0.2, masses 1, springs 2."""
+    hub = BladedHub(count=2, springs=np.diag([2.0, 50.0]))
+    plane = np.ix_(*[[0, 1, 6, 8]] * 2)
+    mass, coriolis, stiffness, stress, softening = (a[plane] for a in hub.direct)
+    matrices = {
+        "mass": mass,
+        "gyroscopic": 2.0 * coriolis,
+        "stiffness": stiffness,
+        "centrifugal_stiffness": stress - softening,
+    }
+    spring, drag = np.zeros((2, 6, 6))
+    spring[:2, :2] = np.diag(springs) - cross * CROSS
+    drag[:2, :2] = np.diag(damping)
+    turning = (mass, coriolis, stiffness, stress - softening)
+    hold = (spring[:2, :2], drag[:2, :2], np.zeros((2, 2)), np.zeros((2, 2)))
+    return turning_body(matrices, [Joint(np.eye(6, 4), spring, drag)]), (turning, hold)
+
+
+def test_flat_shaft_is_unstable_between_its_critical_speeds():
+    (found,) = unstable_ranges(on_shaft(5.0, (1e6, 2e6)), 100.0, 900.0)
+    assert (found.low_rad_s, found.high_rad_s) == pytest.approx(
+        (np.sqrt(1e6 / 5.0), np.sqrt(2e6 / 5.0)), rel=1e-12
+    )
+    found_rpm = found.low_rad_s / RPM, found.high_rad_s / RPM
+    assert found_rpm == pytest.approx((4270.6, 6039.5), abs=0.05)
+    assert (found.kind, found.frequency_rad_s) == ("divergence", 0.0)
+    assert found.growth_1_s == pytest.approx(found.floquet_1_s, rel=1e-9)
+
+
+def test_damping_from_outside_narrows_and_closes_the_range():
+    """The quartic of (s² + 2ζω0 s + ω1² − Ω²)(...) + (2Ωs + 2ζω0Ω)² at s = 0."""
+    middle = np.sqrt(0.5 * (1.0 + 1.21))
+    (found,) = unstable_ranges(on_shaft(1.0, (1.0, 1.21), 2.0 * 0.02 * middle), 0.1, 3.0)
+    assert (found.low_rad_s, found.high_rad_s) == pytest.approx((1.004425, 1.095154), abs=1e-6)
+    assert unstable_ranges(on_shaft(1.0, (1.0, 1.21), 2.0 * 0.05 * middle), 0.1, 3.0) == ()
+
+
+def test_two_blades_on_a_mast_that_is_the_same_in_all_directions():
+    system, _ = two_blades((40.0, 40.0))
+    found = unstable_ranges(system, 0.1, 12.0)
+    assert [(r.low_rad_s, r.high_rad_s) for r in found] == [
+        pytest.approx(known, abs=1e-5) for known in ((1.85943, 2.10819), (7.40948, 10.45729))
+    ]
+    assert [r.kind for r in found] == ["divergence", "flutter"]
+    block = prepared(hill_block(system, 0), 90.0, 0.1, 12.0)
+    assert solve(block, 2.0).values.real.max() == pytest.approx(0.117036, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("damping", "cross"), [((0.0, 0.0), 0.0), ((0.3, 0.2), 0.0), ((0.5, 0.5), 0.4)]
+)
+def test_two_blades_on_a_mast_with_unlike_planes(damping, cross):
+    """Ends against multipliers on either side of them, growth against those inside."""
+    system, direct = two_blades((40.0, 90.0), damping, cross)
+    found = unstable_ranges(system, 0.5, 12.0)
+    assert len(found) > 3
+    for one in found:
+        assert one.growth_1_s == pytest.approx(one.floquet_1_s, rel=1e-7)
+        assert one.error_rad_s < 1e-6
+        ends = ((one.low_rad_s, one.opens), (one.high_rad_s, one.closes))
+        for end in [speed for speed, is_one in ends if is_one]:
+            step = 1e-4 * (one.speed_rad_s - end)
+            out, into = (floquet_multipliers(system, end + d, 1e-12) for d in (-step, step))
+            assert out.growth_1_s < 1e-9 < 1e-7 < into.growth_1_s
+    # what lies between is stable: a sweep that shares nothing with the search
+    turning, hold = direct
+    for speed in np.linspace(0.6, 11.9, 40):
+        grows = any(r.low_rad_s < speed < r.high_rad_s for r in found)
+        known = by_steps(turning, np.eye(6, 4), speed, hold)
+        rate = np.log(np.abs(known).max()) * speed / (2.0 * np.pi)
+        assert (rate > 1e-6) == grows
+
+
+def test_multipliers_are_those_of_an_integration_in_time():
+    system, (turning, hold) = two_blades((40.0, 90.0), (0.3, 0.2), 0.4)
+    found = floquet_multipliers(system, 2.5)
+    known = by_steps(turning, np.eye(6, 4), 2.5, hold)
+    # a turn of the body has two periods of its support
+    assert np.sort(np.abs(found.values) ** 2) == pytest.approx(np.sort(np.abs(known)), abs=1e-9)
+
+
+def test_matrices_without_a_constant_and_without_velocity():
+    """A stiffness that changes along circles: growth by both methods."""
+    zero = np.zeros((2, 2))
+    still = {"mass": np.eye(2), "gyroscopic": zero, "stiffness": zero,
+             "centrifugal_stiffness": zero}  # fmt: skip
+    spring = np.diag([1.0, 1.21, 0.0, 0.0, 0.0, 0.0])
+    system = turning_body(still, [Joint(np.eye(6, 2), spring, 0.0 * spring)])
+    assert system.stride == 2
+    assert system.velocity == ()
+    known = floquet_multipliers(system, 1.05)
+    found = solve(prepared(hill_block(system, 4), 1.0, 0.5, 2.0), 1.05)
+    assert found.own.real.max() == pytest.approx(known.growth_1_s, abs=1e-9)
+
+
+@pytest.mark.parametrize("speeds", [(0.0, 1.0), (2.0, 1.0), (1.0, np.inf)])
+def test_speeds_that_have_no_meaning(speeds):
+    with pytest.raises(AnalysisError, match="above 0 and rise"):
+        unstable_ranges(on_shaft(1.0, (1.0, 2.0)), *speeds)
