@@ -19,6 +19,7 @@ from solidwhirl.reduction.errors import ReductionError
 from solidwhirl.reduction.operators.matrices import BodyOperators
 from solidwhirl.reduction.solvers.vectors import apply, inner, project, skew, symmetric
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
+from solidwhirl.rotordyn.superelement.rigid_body import RIGID_TURN
 
 # Eigenvalues of the generator above this belong to fields that turn, the others to axial ones.
 _TURNS = 0.5
@@ -27,11 +28,6 @@ _TURNED = {"ux": ("uy", 1.0), "uy": ("ux", -1.0), "rx": ("ry", 1.0), "ry": ("rx"
 # Fields of the plane of x and their turns: rigid motions and signs.
 _RIGID = ((("ux", 1.0), ("uy", 1.0)), (("ry", 1.0), ("rx", -1.0)))
 _HELD = 1e-9
-#: Quarter turn of the six rigid motions: ux to uy, rx to ry.
-RIGID_TURN = np.zeros((6, 6))
-RIGID_TURN[1, 0] = RIGID_TURN[4, 3] = 1.0
-RIGID_TURN[0, 1] = RIGID_TURN[3, 4] = -1.0
-RIGID_TURN.setflags(write=False)
 # Modes at rest and at speed, over the highest squared frequency of those at rest.
 _ABOVE = 1.05
 

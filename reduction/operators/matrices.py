@@ -21,6 +21,7 @@ from solidwhirl.reduction.operators.prestress import centrifugal_displacement
 from solidwhirl.reduction.solvers.memory import return_free_memory
 from solidwhirl.reduction.solvers.vectors import project
 from solidwhirl.rotordyn.core.arrays import FloatArray, Matrix
+from solidwhirl.rotordyn.superelement.rigid_body import RIGID_TURN
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -385,13 +386,10 @@ def _rigid_mass(space: Any, mass: Any, joined: JoinedParts | None = None) -> Flo
 
 def turned_mean(rigid_mass: FloatArray) -> FloatArray:
     """Mean of a (6, 6) rigid mass matrix over turns about the axis."""
-    turn = np.zeros((6, 6))
-    turn[1, 0] = turn[4, 3] = 1.0
-    turn[0, 1] = turn[3, 4] = -1.0
-    lateral = turn.any(axis=0)
+    lateral = RIGID_TURN.any(axis=0)
     out = np.where(lateral[:, None] == lateral, rigid_mass, 0.0)
     both = np.ix_(lateral, lateral)
-    out[both] = 0.5 * (rigid_mass + turn.T @ rigid_mass @ turn)[both]
+    out[both] = 0.5 * (rigid_mass + RIGID_TURN.T @ rigid_mass @ RIGID_TURN)[both]
     return np.asarray(out)
 
 

@@ -9,8 +9,7 @@ import numpy as np
 
 from solidwhirl.rotordyn.asymmetric.floquet import floquet_multipliers
 from solidwhirl.rotordyn.asymmetric.hill import hill_block
-from solidwhirl.rotordyn.asymmetric.periodic import PeriodicSystem
-from solidwhirl.rotordyn.core.arrays import Matrix
+from solidwhirl.rotordyn.asymmetric.periodic import PeriodicSystem, at_speed
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.stability.eigenvalue_paths import prepared
 from solidwhirl.rotordyn.stability.unstable_windows import Window, unstable_windows
@@ -64,7 +63,8 @@ def unstable_ranges(
             f"speeds are {speed_low_rad_s} to {speed_high_rad_s}; both are above 0 and rise"
         )
     width = narrowest * (speed_high_rad_s - speed_low_rad_s)
-    rate = float((np.diag(_constant(system)) / np.diag(system.mass)).max())
+    own = at_speed(system.stiffness, 0.0).get(0, np.zeros_like(system.mass))
+    rate = float((np.diag(own) / np.diag(system.mass)).max())
 
     def windows(order: int) -> list[Window]:
         block = prepared(hill_block(system, order), rate, speed_low_rad_s, speed_high_rad_s)
@@ -83,10 +83,6 @@ def unstable_ranges(
     raise AnalysisError(
         f"the unstable ranges still move with {_MOST} harmonics; search a smaller range of speeds"
     )
-
-
-def _constant(system: PeriodicSystem) -> Matrix:
-    return np.asarray(sum(t.matrix for t in system.stiffness if (t.harmonic, t.power) == (0, 0)))
 
 
 def _moved(before: list[Window], after: list[Window]) -> list[float] | None:

@@ -15,10 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, Matrix, ReadOnlyArrays
-
-# L of a turn of ux uy uz rx ry rz about the axis: e^{θL} leads from the body's axes to fixed ones.
-_TURN = np.zeros((6, 6))
-_TURN[[0, 3], [1, 4]], _TURN[[1, 4], [0, 3]] = -1.0, 1.0
+from solidwhirl.rotordyn.superelement.rigid_body import RIGID_TURN
 
 
 class Term(NamedTuple):
@@ -85,7 +82,7 @@ def turning_body(
     `matrices`: of the body in its axes, M q'' + Ω G q' + (K + Ω² K2) q = f: `mass`, `gyroscopic` G
     = 2C with C = ∫ρ v·(e_z×u), `stiffness`, `centrifugal_stiffness` K2 = Kσ − ∫ρ (e_z×v)·(e_z×u).
     A joint's force in the axes of the body is −e^{−θL} [k e^{θL} u + c (e^{θL} u)'] with u =
-    `motion` q.
+    `motion` q and L = `RIGID_TURN`, whose e^{θL} leads from the body's axes to fixed ones.
     """
     velocity = [Term(0, 1, matrices["gyroscopic"])]
     stiffness = [Term(0, 0, matrices["stiffness"]), Term(0, 2, matrices["centrifugal_stiffness"])]
@@ -94,7 +91,7 @@ def turning_body(
             stiffness.append(Term(harmonic, 0, motion.T @ part @ motion))
         for harmonic, part in turned(drag).items():
             velocity.append(Term(harmonic, 0, motion.T @ part @ motion))
-            stiffness.append(Term(harmonic, 1, motion.T @ part @ _TURN @ motion))
+            stiffness.append(Term(harmonic, 1, motion.T @ part @ RIGID_TURN @ motion))
     return PeriodicSystem(
         mass=matrices["mass"], velocity=_lean(velocity), stiffness=_lean(stiffness)
     )
@@ -106,8 +103,12 @@ def turned(matrix: FloatArray) -> dict[int, ComplexArray]:
     e^{θL} = P₀ + e^{iθ} P₊ + e^{−iθ} P₋ with the projectors on the eigenvectors of L, so that the
     part of e^{ihθ} is the sum of all P_aᴴ A P_b with b − a = h.
     """
-    across = -_TURN @ _TURN
-    parts = {0: np.eye(6) - across, 1: 0.5 * (across - 1j * _TURN), -1: 0.5 * (across + 1j * _TURN)}
+    across = -RIGID_TURN @ RIGID_TURN
+    parts = {
+        0: np.eye(6) - across,
+        1: 0.5 * (across - 1j * RIGID_TURN),
+        -1: 0.5 * (across + 1j * RIGID_TURN),
+    }
     out: dict[int, ComplexArray] = {}
     for a, left in parts.items():
         for b, right in parts.items():

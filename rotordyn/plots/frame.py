@@ -34,6 +34,8 @@ Dashes: TypeAlias = str | tuple[int, tuple[int, ...]]
 ONE_COLUMN_MM, TWO_COLUMNS_MM, USUAL_HEIGHT_MM = 88.0, 180.0, 112.0
 #: Sizes of letters at these widths, points.
 TITLE_PT, TEXT_PT, SMALL_PT = 9.5, 8.0, 7.0
+#: Letters of small print across a figure of two columns
+LETTERS = 118
 #: Distance of the numbers of minor ticks, which are shorter, so that all stand in one line.
 MINOR_PAD_PT = 5.0
 #: Lines of the grid, and of what stays in the background.
@@ -235,8 +237,8 @@ def picture(
         write_figure(figure, path)
 
 
-# Letters of small print across a figure of full width, and the room of a mark beside its label.
-_LETTERS, _BEFORE_LABEL = 118, 8
+# Letters that a mark takes beside its label.
+_BEFORE_LABEL = 8
 
 
 def add_legend(
@@ -260,7 +262,7 @@ def add_legend(
     if rows or lines:
         handles = [*rows.values(), *[nothing for _ in lines]]
         widest = max(map(len, (*rows, *lines))) + _BEFORE_LABEL
-        columns = max(1, min(columns, _LETTERS // widest))
+        columns = max(1, min(columns, LETTERS // widest))
         figure.legend(handles, [*rows, *lines], loc=place, ncols=columns, frameon=False,
                       fontsize=SMALL_PT)  # fmt: skip
 

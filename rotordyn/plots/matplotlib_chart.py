@@ -75,7 +75,7 @@ def draw_charts(drawn: Sequence[charts.Chart], path: str | Path, title: str) -> 
     _entitle(figure, grid, fill(title, 60))
     figure.align_ylabels()
     notes = [note for chart in drawn for note in chart.notes]
-    long = [fill(note, 118) for note in notes if len(note) > _BESIDE]
+    long = [fill(note, frame.LETTERS) for note in notes if len(note) > _BESIDE]
     if long:
         figure.supxlabel("\n".join(long), fontsize=frame.SMALL_PT, x=0.01, ha="left")
     if any(chart.has_legend for chart in drawn):

@@ -162,10 +162,11 @@ def _check_disk(
             )
 
 
-#: L of a rigid body on ux to rz.
+#: L of a rigid body on ux to rz: a quarter turn of the lateral ones, ux to uy, rx to ry.
 RIGID_TURN = np.zeros((6, 6))
 RIGID_TURN[1, 0] = RIGID_TURN[4, 3] = 1.0
 RIGID_TURN[0, 1] = RIGID_TURN[3, 4] = -1.0
+RIGID_TURN.setflags(write=False)
 
 
 def rigid_superelement(
