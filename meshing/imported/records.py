@@ -14,7 +14,7 @@ from solidwhirl.meshing.own.prediction import PredictedMesh
 from solidwhirl.meshing.records import FloatArray, IntArray
 
 Coupling = Literal["distributing", "rigid"]
-Shape = Literal["round", "cyclic", "any"]
+Shape = Literal["round", "cyclic", "asymmetric", "any"]
 Box = tuple[tuple[float, float, float], tuple[float, float, float]]
 
 
@@ -92,7 +92,8 @@ class MeshRequest:
     material: Material | None
     materials: tuple[tuple[str, Material], ...] = ()  #: (group, material) pairs
     interfaces: tuple[MeshInterface, ...] = ()  #: Surfaces that are looked for
-    #: "round": has to be a body of revolution; "cyclic": consists of equal sectors; "any"
+    #: "round": has to be a body of revolution; "cyclic": consists of equal sectors; "asymmetric":
+    #: turns, whatever its shape; "any": stands still
     shape: Shape
     sectors: int | None = None  #: Equal sectors N of a cyclic body, whose mesh is one; else None
     step: StepSize | None = None  #: Sizes where the file is a geometry; None: it is a mesh

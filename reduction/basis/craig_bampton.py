@@ -16,7 +16,11 @@ import numpy as np
 
 from solidwhirl.reduction.basis import fixed_interface_modes as fixed_modes
 from solidwhirl.reduction.basis.merging import merged, reference_eigenvalue
-from solidwhirl.reduction.basis.overspeed import MAXIMUM_HOOP_STRAIN, refuse_overspeed
+from solidwhirl.reduction.basis.overspeed import (
+    MAXIMUM_HOOP_STRAIN,
+    centrifugal_load,
+    refuse_overspeed,
+)
 from solidwhirl.reduction.operators.matrices import BodyOperators
 from solidwhirl.reduction.operators.solver_choice import Solver
 from solidwhirl.reduction.solvers.constrained import ConstrainedFactor
@@ -183,8 +187,7 @@ def _prestress_matters(operators: BodyOperators, modes: FloatArray, speed: float
     if operators.stress_stiffening is None or speed == 0.0 or not modes.shape[1]:
         return False
     comm = operators.comm
-    change = project(operators.stress_stiffening, modes, comm)
-    change -= project(operators.spin_softening, modes, comm)
+    change = inner(modes, centrifugal_load(operators, modes), comm)
     stiffness = np.sqrt(energies(operators.stiffness, modes, comm))
     relative = speed**2 * np.abs(change) / np.outer(stiffness, stiffness)
     return bool(relative.max() > _PRESTRESS_MATTERS)

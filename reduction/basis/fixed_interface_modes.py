@@ -238,9 +238,10 @@ def modes_with_own_solver(
 
 
 def _spinning_stiffness(operators: BodyOperators, speed: float) -> Any:
-    """K + Ω² (Kσ - S)."""
+    """K + Ω² (Kσ - S), in the frame of the body K + Ω² Kσ."""
     matrix = operators.stiffness.copy()
-    for factor, part in ((1.0, operators.stress_stiffening), (-1.0, operators.spin_softening)):
+    softened = () if operators.rotating else ((-1.0, operators.spin_softening),)
+    for factor, part in ((1.0, operators.stress_stiffening), *softened):
         if isinstance(part, Operator):
             whole = part.folded()
             matrix.axpy(factor * speed**2, whole, _DIFFERENT)

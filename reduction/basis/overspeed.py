@@ -134,6 +134,12 @@ def operator_places(operators: BodyOperators) -> BlockPlaces:
 
 
 def centrifugal_load(operators: BodyOperators, block: FloatArray) -> FloatArray:
-    """(Kσ - S) times a block of vectors."""
+    """Centrifugal part of the stiffness whose modes the basis has, times a block of vectors.
+
+    Kσ - S in the inertial frame. In the frame of the body Kσ alone: above a critical speed of the
+    held body K + Ω²(Kσ - S) is not positive, and Coriolis forces hold it.
+    """
     stiffening = apply(operators.stress_stiffening, block)
+    if operators.rotating:
+        return np.asarray(stiffening)
     return np.asarray(stiffening - apply(operators.spin_softening, block))

@@ -195,6 +195,9 @@ def _properties(body: AnyBody, rigid_mass: FloatArray | None) -> MassProperties:
     if isinstance(body, MeshedBody):
         assert rigid_mass is not None
         return superelements.mesh_properties(rigid_mass, shape_of(body))
+    if shape_of(body) == "asymmetric":
+        assert rigid_mass is not None
+        return superelements.mesh_properties(rigid_mass, "asymmetric")
     if rigid_mass is not None:
         return superelements.mesh_mass_properties(rigid_mass)
     return verification.meshed_part_properties(body)
@@ -239,7 +242,7 @@ def _with_rigid_disks(
 def _recovery_points(body: AnyBody, mesh: Mesh | None) -> FloatArray:
     """Vertices of the outline at θ = 0 and in the sector a quarter turn away, (m, 3)."""
     assert mesh is not None
-    if isinstance(body, MeshedBody) and mesh.sector is None:
+    if mesh.dimension == 3 and mesh.sector is None:
         return np.array(mesh.points[mesh.outline])
     vertices = np.intersect1d(mesh.outline, mesh.cells[:, : mesh.dimension + 1])
     x = mesh.points[vertices]

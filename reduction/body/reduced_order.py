@@ -33,7 +33,7 @@ def reduce_order(
         orders=request.orders,
         speeds_between_rad_s=request.speeds_between_rad_s,
     )
-    if operators.harmonic is not None:
+    if operators.harmonic is not None or operators.rotating:
         basis = with_spin_answers(
             operators,
             basis,

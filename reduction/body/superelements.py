@@ -16,7 +16,7 @@ from solidwhirl.reduction.basis.craig_bampton import Basis
 from solidwhirl.reduction.basis.free_motion import rigid_coefficients, without_rigid_force
 from solidwhirl.reduction.basis.reduced_block import ReducedBlock, joined_order, planes
 from solidwhirl.reduction.body.mass_moments import BlockMoments, joined_moments
-from solidwhirl.reduction.body.request import ReductionRequest, solved_orders
+from solidwhirl.reduction.body.request import ReductionRequest, shape_of, solved_orders
 from solidwhirl.reduction.body.surfaces import recovery_modes
 from solidwhirl.reduction.operators.kinematics import COMPONENTS
 from solidwhirl.reduction.operators.matrices import BodyOperators, turned_mean
@@ -122,7 +122,7 @@ def build_superelement(
 ) -> Superelement:
     """Join the orders of one body (direct sum) to its superelement.
 
-    Different orders do not couple in a body of revolution.
+    Different orders do not couple in a body of revolution; of any other there is one block.
 
     `properties`: mass properties of the meshed part (without rigid disks). `points_m`: (m, 3)
     recovery points.
@@ -165,6 +165,7 @@ def build_superelement(
         spin_generator=_joined_generator(blocks, order),
         error_forms=joined_forms(blocks, [found.omitted for found in orders], order),
         moments=joined_moments([found.moments for found in orders], order),
+        frame="rotating" if shape_of(body) == "asymmetric" else "inertial",
     )
 
 

@@ -63,8 +63,8 @@ def couple(
 
     `interfaces`: the interfaces, in the order of their coordinates. `components`: which of the
     kinematics' components become coordinates, by interface. `shape`: as in `OperatorEffects`; in a
-    body of any shape axial motion and torsion couple to lateral motion, and nothing is held that is
-    no coordinate. Raises ReductionError: two rigid interfaces share nodes.
+    body that is not the same in all directions axial motion and torsion couple to lateral motion,
+    and nothing is held that is no coordinate. Raises ReductionError: two rigid interfaces share nodes.
     """
     wanted = {
         i.name: [c for c in COMPONENTS if c in components[i.name] and c in kin.rigid_motions]
@@ -85,7 +85,7 @@ def couple(
             means = _mean_motions(space, kin, facet_tags[interface.name], interface)
             maps = {c: unknowns.loads(means[c][:, None]) for c in motions}
         columns += [maps[c] for c in wanted[interface.name]]
-        if interface is interfaces[0] and shape != "any":
+        if interface is interfaces[0] and shape not in ("any", "asymmetric"):
             anchors += [maps[c] for c in ("uz", "rz") if c in maps and c not in carried]
     rows = np.hstack(columns)
     _refuse_equal(rows, coordinates, space.mesh.comm)

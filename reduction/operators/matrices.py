@@ -35,7 +35,7 @@ class OperatorEffects:
     #: Rigid motions that each interface carries, some of ux, uy, uz, rx, ry, rz
     components: Mapping[str, tuple[str, ...]]
     #: Of a solid: "cyclic" is a sector; on a mesh of the whole "round" is of revolution, "any" does
-    #: not turn and may have any shape
+    #: not turn and may have any shape, "asymmetric" does, in the frame that turns with it
     shape: str = "cyclic"
     #: Of a body of joined parts: whether the orders next to the index are taken in where they meet
     neighbours: bool = False
@@ -66,6 +66,8 @@ class BodyOperators:
     level: str
     #: Circumferential order of a meridian, cyclic index of a sector, None for the whole solid
     harmonic: int | None
+    #: Whether the matrices are those of the axes that turn with the body
+    rotating: bool
     #: Copies of the unknowns (2: cos and sin family, or the plane of x and that of y, with the same
     #: matrices)
     families: int
@@ -146,6 +148,7 @@ def build_operators(
     return BodyOperators(
         level="solid" if dimension == 3 else "harmonic",
         harmonic=order,
+        rotating=effects.shape == "asymmetric",
         families=kin.families,
         **{name: assembly.matrices.get(name) for name in _MATRICES},
         coupling=coupling,
@@ -343,11 +346,20 @@ def _assemble_solid(
     """Assemble the stiffness of vectors and all other matrices by component."""
     u, v, dx = _arguments(space, kin, degree)
     unknowns = coupling.unknowns
-    parts = solid_matrices.component_matrices(space, kin, matter, dx)
-    ledger, field, hoop = ["stiffness", "mass", "spin", "spin_softening"], None, 0.0
-    names = ["mass", *(["circulation", "turn"] if effects.shape != "any" else [])]
-    names += ["gyroscopic"] if effects.gyroscopic else []
-    matrices = {name: unknowns.folded(solid_matrices.vector_matrix(name, parts)) for name in names}
+    # derivatives along the spin are those of a body of revolution
+    along = effects.shape == "round"
+    parts = solid_matrices.component_matrices(space, kin, matter, dx, along_spin=along)
+    ledger, field, hoop = ["stiffness", "mass"], None, 0.0
+    ledger += ["spin", "spin_softening"] if along else []
+    names = {"mass": "mass", **({"circulation": "circulation", "turn": "turn"} if along else {})}
+    if effects.gyroscopic:
+        names["gyroscopic"] = "gyroscopic" if along else "coriolis"
+    if effects.centrifugal:
+        names["spin_softening"] = "spin_softening" if along else "rotating_softening"
+    matrices = {
+        name: unknowns.folded(solid_matrices.vector_matrix(kind, parts))
+        for name, kind in names.items()
+    }
     stiffness = assembled(forms.stiffness_form(kin, matter, u, v, dx))
     if effects.centrifugal:
         field, hoop = centrifugal_displacement(
@@ -355,8 +367,7 @@ def _assemble_solid(
         )
         prestress = forms.stress(kin, matter, field)
         stiffening = solid_matrices.component_stiffening(space, kin, prestress, dx)
-        for name, part in (("stress_stiffening", stiffening), ("spin_softening", parts.softening)):
-            matrices[name] = unknowns.folded(solid_matrices.componentwise(part))
+        matrices["stress_stiffening"] = unknowns.folded(solid_matrices.componentwise(stiffening))
         ledger += ["prestress", "stress_stiffening"]
     matrices["stiffness"] = unknowns.folded(stiffness)
     return _Assembly(

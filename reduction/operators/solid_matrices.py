@@ -31,23 +31,29 @@ _ALL = np.eye(3)
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ComponentMatrices:
-    """Matrices of one component on the nodes of a vector space, PETSc AIJ of one pattern."""
+    """Matrices of one component on the nodes of a vector space, PETSc AIJ of one pattern.
+
+    The derivatives along the spin are those of the inertial frame; None without.
+    """
 
     mass: Any
-    spin: Any
-    softening: Any
+    spin: Any = None
+    softening: Any = None
 
 
 def component_matrices(
-    space: Any, kin: Kinematics, matter: forms.Medium, dx: Any
+    space: Any, kin: Kinematics, matter: forms.Medium, dx: Any, *, along_spin: bool
 ) -> ComponentMatrices:
     """Assemble the matrices that need no prestress.
 
-    `space`: vector space of the displacement on a solid mesh.
+    `space`: vector space of the displacement on a solid mesh. `along_spin`: whether derivatives
+    along the spin are among them.
     """
     nodes = _node_space(space)
     u, v = ufl.TrialFunction(nodes), ufl.TestFunction(nodes)
-    forms_of = {"mass": forms.mass_form, "spin": forms.spin_form, "softening": forms.softening_form}
+    forms_of = {"mass": forms.mass_form}
+    if along_spin:
+        forms_of |= {"spin": forms.spin_form, "softening": forms.softening_form}
     return ComponentMatrices(
         **{
             name: compat.assemble_matrix(compat.compiled(form(kin, matter, u, v, dx)))
@@ -83,7 +89,8 @@ def vector_matrix(name: str, parts: ComponentMatrices) -> Any:
 
     "mass": M. "gyroscopic": G = ∫ρ (v·Du - u·Dv), exactly skew. "turn": ∫ρ v·Ju. "circulation":
     ∫ρ Jv·Ju with J u = e_z × u - D u, see `forms`; its mixed terms are -∫ρ (e_z×v)·Du - ∫ρ
-    Dv·(e_z×u), and (e_z×)ᵀ = -(e_z×).
+    Dv·(e_z×u), and (e_z×)ᵀ = -(e_z×). In the frame that turns with the body "coriolis": 2 ∫ρ
+    v·(e_z×u), and "rotating_softening": ∫ρ (e_z×v)·(e_z×u).
     """
     if name == "mass":
         terms = [(_ALL, parts.mass)]
@@ -91,6 +98,12 @@ def vector_matrix(name: str, parts: ComponentMatrices) -> Any:
         terms = [(_QUARTER, parts.mass), (-_ALL, parts.spin)]
     elif name == "gyroscopic":
         terms = [(_ALL, _skew_twice(parts.spin))]
+    elif name == "spin_softening":
+        terms = [(_ALL, parts.softening)]
+    elif name == "coriolis":
+        terms = [(2.0 * _QUARTER, parts.mass)]
+    elif name == "rotating_softening":
+        terms = [(_LATERAL, parts.mass)]
     else:
         skew = _skew_twice(parts.spin)
         terms = [(_LATERAL, parts.mass), (_QUARTER, skew), (_ALL, parts.softening)]

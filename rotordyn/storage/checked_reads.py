@@ -23,7 +23,7 @@ from solidwhirl.rotordyn.storage import format as layout
 _DEFLATE, _SHUFFLE, _FLETCHER32 = 1, 2, 3
 _FILTERS = {_DEFLATE: "gzip", _SHUFFLE: "shuffle", _FLETCHER32: "fletcher32"}
 _CHECKSUM_BYTES = 4
-_HEADER = {"format": layout.FORMAT, "unit_system": "SI", "frame": "inertial"}
+_HEADER = {"format": layout.FORMAT, "unit_system": "SI"}
 # Chunks: h5py makes them up to 1 MiB. What does not shrink is stored as it is, so a stored chunk
 # is hardly larger than its content.
 _LARGEST_CHUNK, _OVERHEAD = 1 << 24, 1 << 10
@@ -351,7 +351,7 @@ class SuperelementFile:
 
 
 def check_header(file: SuperelementFile) -> None:
-    """Refuse another format, a newer major version, other units or another frame."""
+    """Refuse another format, a newer major version, or other units."""
     for name, allowed in _HEADER.items():
         value = file.text_attribute(name)
         if value != allowed:

@@ -92,7 +92,7 @@ def _write_header(file: h5py.File, element: Superelement) -> None:
             "harmonics": np.array(element.harmonics, dtype=np.int64),
             "unit_system": "SI",
             "units": json.dumps(layout.UNITS),
-            "frame": "inertial",
+            "frame": element.frame,
             "spin_axis": np.array([0.0, 0.0, 1.0]),
             "spin_origin": np.zeros(3),
             "basis": "craig-bampton",
@@ -181,7 +181,7 @@ def read_superelement(path: str | Path) -> Superelement:
 
     Returns a record equal to the one written, bit for bit.
     Raises SuperelementError: the file is missing, damaged, of another format or a newer major
-    version, not in SI units or not in the inertial frame, lacks a dataset, or holds wrong shapes,
+    version, not in SI units or in an unknown frame, lacks a dataset, or holds wrong shapes,
     numbers that are not finite, or names that can't be printed. The message names the file and the
     place. Sizes are checked before any number is read.
 
@@ -212,6 +212,7 @@ def _read(path: Path) -> Superelement:
                 level=file.text_attribute("level"),  # type: ignore[arg-type]
                 harmonics=file.integers_attribute("harmonics"),
                 cyclic_sectors=file.optional_integer_attribute("cyclic_sectors"),
+                frame=file.text_attribute("frame"),  # type: ignore[arg-type]
                 coordinates=_read_coordinates(file, n, interfaces),
                 interfaces=interfaces,
                 **{

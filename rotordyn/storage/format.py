@@ -8,12 +8,12 @@ import h5py
 import numpy as np
 
 FORMAT = "ROTOR-SUPERELEMENT"
-FORMAT_VERSION = "1.4.0"
+FORMAT_VERSION = "1.5.0"
 MAJOR_VERSION = 1
 UNITS = {"length": "m", "mass": "kg", "time": "s", "force": "N", "angle": "rad"}
 EQUATION = (
-    "M q'' + Om*G q' + (K0 + Om^2*(Kgeo + Kspin) + dOm*Keul) q = f, inertial frame, "
-    "fixed components, spin Om about spin_axis"
+    "M q'' + Om*G q' + (K0 + Om^2*(Kgeo + Kspin) + dOm*Keul) q = f, spin Om about spin_axis, "
+    "components along axes that are fixed (frame inertial) or turn with the body (rotating)"
 )
 
 # Sizes refused before any number is read, so that a damaged or hostile header costs nothing.
@@ -49,7 +49,7 @@ class Operator(NamedTuple):
 OPERATORS = {
     "M": Operator("mass", "qdd", 0, 0, "symmetric", "mass"),
     "K0": Operator("stiffness", "q", 0, 0, "symmetric", "elastic stiffness"),
-    "G": Operator("gyroscopic", "qd", 1, 0, "skew", "gyroscopic, inertial frame"),
+    "G": Operator("gyroscopic", "qd", 1, 0, "skew", "gyroscopic; in the rotating frame of Coriolis forces"),
     "Kgeo": Operator(
         "stress_stiffening", "q", 2, 0, "symmetric", "stiffness of the centrifugal stress"
     ),

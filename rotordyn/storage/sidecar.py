@@ -19,7 +19,7 @@ def superelement_document(element: Superelement) -> dict[str, Any]:
         "harmonics": list(element.harmonics),
         "cyclic_sectors": element.cyclic_sectors,
         "unit_system": "SI",
-        "frame": "inertial",
+        "frame": element.frame,
         "spin_axis": [0.0, 0.0, 1.0],
         "equation": "M q'' + W G q' + (K0 + W^2 (Kgeo + Kspin) + W' Keul) q = f, W in rad/s",
         "coordinates": [_coordinate(k, c) for k, c in enumerate(element.coordinates)],

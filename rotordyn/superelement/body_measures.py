@@ -99,11 +99,17 @@ def property_error(element: Superelement) -> PropertyError:
 
 
 def tilt_error(element: Superelement) -> float:
-    """Return the relative difference of RᵀGR from [[0, Ip], [−Ip, 0]] on rx and ry."""
+    """Return the relative difference of RᵀGR from [[0, Ip], [−Ip, 0]] on rx and ry.
+
+    In the rotating frame that is Ip − Ix − Iy about the origin, over the largest of them.
+    """
     tilts = element.rigid_body_modes[:, [3, 4]]
-    polar = float(element.inertia_kg_m2[2, 2])
+    about = np.diag(body_mass_matrix(element)[3:, 3:])
+    polar = size = float(about[2])
+    if element.frame == "rotating":
+        polar, size = float(about[2] - about[0] - about[1]), float(about.max())
     expected = polar * np.array([[0.0, 1.0], [-1.0, 0.0]])
-    return float(np.abs(tilts.T @ element.gyroscopic @ tilts - expected).max()) / polar
+    return float(np.abs(tilts.T @ element.gyroscopic @ tilts - expected).max()) / size
 
 
 def mass_moment_error(element: Superelement) -> float | None:
@@ -155,9 +161,12 @@ def gyroscopic_moment_error(element: Superelement) -> float | None:
     `element`: the body; M with a positive diagonal. Returns largest entry in coordinates of unit
     inertia, over that of 2 M L, in the motions that a tie leaves; None for bodies that do not know
     L or their moments. A solid's mesh mixes circumferential orders, the more the higher a mode:
-    there the elastic energy at the lowest frequency of the free body counts with the inertia.
+    there the elastic energy at the lowest frequency of the free body counts with the inertia. In
+    the rotating frame L is 0, and G is compared with its own size.
     """
     moments, turn = element.moments, element.spin_generator
+    if element.frame == "rotating":
+        turn = np.zeros_like(element.mass)
     if moments is None or turn is None:
         return None
     # tied coordinates alone do not turn: L then means nothing outside of free motions
@@ -169,7 +178,8 @@ def gyroscopic_moment_error(element: Superelement) -> float | None:
         size = size + np.diag(tie.T @ element.stiffness @ tie) / lowest**2
     scale = np.sqrt(np.outer(size, size))
     turned = tie.T @ (2.0 * element.mass @ turn) @ tie / scale
-    largest = float(np.abs(turned).max())
+    compared = turned if turn.any() else tie.T @ element.gyroscopic @ tie / scale
+    largest = float(np.abs(compared).max())
     rest = tie.T @ (element.gyroscopic - across) @ tie / scale
     error = float(np.abs(rest + turned).max())
     return error / largest if largest > 0 else error
@@ -257,7 +267,8 @@ def lost_stiffness(element: Superelement) -> float:
 
     `element`: the body; M positive definite, with a finite top speed. Returns −Ω² min θ, (Kgeo − S)
     x = θ K x over the elastic free modes x: K + Ω²(Kgeo − S) is positive if it is below 1, and the
-    stiffness is lost at Ω over its root. Negative if all motions stiffen.
+    stiffness is lost at Ω over its root. Negative if all motions stiffen. In the rotating frame
+    that of Kgeo alone.
     """
     matrices = free_body_matrices(element)
     tie = np.eye(element.size) if element.constraint is None else element.constraint
@@ -265,6 +276,9 @@ def lost_stiffness(element: Superelement) -> float:
         tie.T @ matrix @ tie
         for matrix in (matrices.stiffness, matrices.mass, matrices.centrifugal_stiffness)
     )
+    if element.frame == "rotating":
+        # a body that runs above a critical speed is held by Coriolis forces
+        change = tie.T @ element.stress_stiffening @ tie
     if not change.any():
         return 0.0
     values, vectors = la.eigh(stiffness, mass)

@@ -11,8 +11,9 @@ from typing import NamedTuple
 import numpy as np
 import scipy.linalg as la
 
-from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.arrays import FloatArray, cross_matrix
 from solidwhirl.rotordyn.superelement.record import Superelement
+from solidwhirl.rotordyn.superelement.rigid_body import RIGID_TURN, rigid_body_mass_matrix
 
 ELASTIC_LIMIT = 1e-9
 CENTRIFUGAL_LIMIT = 1e-6
@@ -46,11 +47,11 @@ def rigid_force(element: Superelement) -> float:
 
 
 def rigid_centrifugal_energy(element: Superelement) -> float:
-    """Return how far stress stiffening and spin softening miss to cancel in rigid motion.
+    """Return how far stress stiffening and spin softening miss what rigid motion makes of them.
 
-    Returns largest entry of Rᵀ(Kgeo − S)R over the largest of RᵀKgeoR and RᵀSR, in coordinates
-    where each rigid motion has unit kinetic energy; 0 if both are zero, inf if a rigid motion has
-    no kinetic energy.
+    Returns largest entry of Rᵀ(Kgeo − S)R less that of a rigid body (0 in the inertial frame, see
+    `rigid_centrifugal`) over the largest of RᵀKgeoR and RᵀSR, in coordinates where each rigid
+    motion has unit kinetic energy; 0 if both are zero, inf if a rigid motion has no kinetic energy.
     """
     modes = element.rigid_body_modes[:, element.rigid_body_present]
     if modes.size == 0:
@@ -62,7 +63,50 @@ def rigid_centrifugal_energy(element: Superelement) -> float:
     geometric = modes.T @ element.stress_stiffening @ modes
     softening = modes.T @ element.spin_softening @ modes
     size = max(float(np.abs(geometric).max()), float(np.abs(softening).max()))
-    return float(np.abs(geometric - softening).max()) / size if size > 0 else 0.0
+    missed = geometric - softening - _expected_energy(element) / np.sqrt(np.outer(kinetic, kinetic))
+    return float(np.abs(missed).max()) / size if size > 0 else 0.0
+
+
+def rigid_centrifugal(element: Superelement) -> FloatArray:
+    """Return (Kgeo − S) R of the rigid motions present as a continuum has it, shape (n, r).
+
+    A motion that stands still in space needs no force. In the inertial frame that is q = R c, in
+    the rotating one q = R e^{−ΩtT} c with the turn T of rigid motions, so that there
+    (Kgeo − S) R = G R T − M R T².
+    """
+    present = element.rigid_body_present
+    modes = element.rigid_body_modes
+    if element.frame == "inertial" or not element.spin_softening.any():
+        return np.zeros_like(modes[:, present])
+    turned = modes @ RIGID_TURN
+    found = element.gyroscopic @ turned - element.mass @ turned @ RIGID_TURN
+    return np.asarray(found[:, present])
+
+
+def _expected_energy(element: Superelement) -> FloatArray:
+    """Rᵀ(Kgeo − S)R of the rigid motions present, (r, r).
+
+    The stress at speed is in equilibrium with the centrifugal load less the inertia of the rigid
+    motion that its resultants cause, by which an unbalanced body differs from `rigid_centrifugal`.
+    """
+    present = element.rigid_body_present
+    expected = element.rigid_body_modes[:, present].T @ rigid_centrifugal(element)
+    if element.frame == "inertial" or not element.spin_softening.any():
+        return expected
+    mass = rigid_body_mass_matrix(
+        element.mass_kg, element.center_of_gravity_m, element.inertia_kg_m2
+    )
+    about = mass[3:, 3:]
+    second = 0.5 * np.trace(about) * np.eye(3) - about  # ∫ρ x xᵀ
+    first = element.mass_kg * element.center_of_gravity_m
+    pull = np.array([first[0], first[1], 0.0, -second[1, 2], second[0, 2], 0.0])
+    caused = np.linalg.solve(mass, pull)
+    # ∫ x bᵀ of the load b = ρ (a + α × x) that was taken off
+    lost = np.outer(first, caused[:3]) + second @ cross_matrix(caused[3:]).T
+    lost = 0.5 * (lost + lost.T)
+    change = np.zeros((6, 6))
+    change[3:, 3:] = np.trace(lost) * np.eye(3) - lost
+    return np.asarray(expected - change[np.ix_(present, present)])
 
 
 def free_body_problems(element: Superelement) -> tuple[str, ...]:
@@ -78,7 +122,7 @@ def free_body_problems(element: Superelement) -> tuple[str, ...]:
         )
     if centrifugal > CENTRIFUGAL_LIMIT:
         problems.append(
-            "stress stiffening and spin softening do not cancel in rigid motion, relative energy "
+            "stress stiffening and spin softening are not those of a rigid motion, relative energy "
             f"{centrifugal:.2e}, allowed is {CENTRIFUGAL_LIMIT:g}; use both effects or none"
         )
     return tuple(problems)
@@ -88,18 +132,23 @@ def free_body_matrices(element: Superelement) -> FreeBodyMatrices:
     """Return the matrices of a body with the rounding in its rigid motions removed.
 
     `element`: the body, without `free_body_problems`. Returns K and Kgeo − S projected on the
-    motions that are M-orthogonal to the rigid ones. Both vanish in rigid motion for the continuum;
-    (Kgeo − S) R keeps a mesh error in solids.
+    motions that are M-orthogonal to the rigid ones, where K R = 0 and (Kgeo − S) R is
+    `rigid_centrifugal`; (Kgeo − S) R keeps a mesh error in solids.
     """
     modes = element.rigid_body_modes[:, element.rigid_body_present]
     momentum = element.mass @ modes
     projector = np.eye(element.size)
-    if modes.size:
-        projector -= modes @ la.solve(modes.T @ momentum, momentum.T, assume_a="pos")
     centrifugal = element.stress_stiffening - element.spin_softening
+    if modes.size:
+        onto = la.solve(modes.T @ momentum, momentum.T, assume_a="pos")
+        projector -= modes @ onto
+        centrifugal = projector.T @ centrifugal @ projector
+        known = rigid_centrifugal(element)
+        both = known @ onto
+        centrifugal += both + both.T - onto.T @ (modes.T @ known) @ onto
     return FreeBodyMatrices(
         mass=np.asarray(element.mass),
         stiffness=projector.T @ element.stiffness @ projector,
         gyroscopic=np.asarray(element.gyroscopic),
-        centrifugal_stiffness=projector.T @ centrifugal @ projector,
+        centrifugal_stiffness=centrifugal,
     )

@@ -96,10 +96,14 @@ class InterfaceNode:
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
 class Superelement:
-    """Hold one body at unit spin in the inertial frame.
+    """Hold one body at unit spin.
 
     With spin speed Ω about +z the free body obeys
     M q'' + Ω G q' + [K + Ω² (Kgeo − S)] q = f, plus ½ Ω' G q when the speed varies.
+
+    In the inertial frame that takes a body that is the same in all directions. The coordinates of
+    any other are motions in the axes that turn with it: `frame` "rotating", G = 2 ∫ρ v·(e_z×u),
+    S = ∫ρ (e_z×v)·(e_z×u). `asymmetric.assembly` puts such bodies together.
 
     Attributes
     ----------
@@ -163,6 +167,8 @@ class Superelement:
         Points of the surface and how they move, for pictures of modes; None when not known.
     cyclic_sectors
         Number N of equal sectors of a body that was reduced from one of them; None of others.
+    frame
+        "inertial", or "rotating": axes x, y of the body itself.
 
     Raises
     ------
@@ -200,6 +206,7 @@ class Superelement:
     moments: MassMoments | None = None
     surface: Surface | None = None
     cyclic_sectors: int | None = None
+    frame: validation.Frame = "inertial"
 
     def __post_init__(self) -> None:
         where = f"superelement {self.name!r}"
@@ -230,6 +237,7 @@ class Superelement:
         validation.part_of_body(where, "moments", self.moments, MassMoments, n)
         validation.part_of_body(where, "surface", self.surface, Surface, n)
         _check_sectors(self, where)
+        _check_frame(self, where)
 
     def __repr__(self) -> str:
         return _superelement_text(self)
@@ -270,7 +278,8 @@ def _superelement_text(element: Superelement) -> str:
     top = element.maximum_speed_rad_s * RPM_PER_RAD_S
     seats = row(f"{n.name} {n.position_m[2]:.4g}" for n in element.interfaces)
     return lines_of(
-        f"Superelement {element.name!r}: {element.level}, {element.mass_kg:.5g} kg, "
+        f"Superelement {element.name!r}: {element.level}, {element.frame} frame, "
+        f"{element.mass_kg:.5g} kg, "
         f"{len(element.coordinates)} coordinates of {element.full_dofs}",
         [
             f"interfaces at z: {seats} m",
@@ -390,6 +399,26 @@ def _check_sectors(element: Superelement, where: str) -> None:
     if copies is not None and copies.count != count:
         raise SuperelementError(
             f"{where}: surface is of one of {copies.count} sectors, cyclic_sectors is {count}"
+        )
+
+
+def _check_frame(element: Superelement, where: str) -> None:
+    """Refuse an unknown frame, and in a rotating one what only the inertial one has."""
+    if element.frame not in validation.FRAMES:
+        raise SuperelementError(
+            f"{where}: frame is {element.frame!r}, allowed are {validation.FRAMES}"
+        )
+    if element.frame == "inertial":
+        return
+    for name in ("spin_generator", "cyclic_sectors"):
+        if getattr(element, name) is not None:
+            raise SuperelementError(
+                f"{where}: frame is 'rotating' and {name} is given; a body that is the same after "
+                "a turn is in the inertial frame"
+            )
+    if element.moments is None:
+        raise SuperelementError(
+            f"{where}: frame is 'rotating' and moments is None; the body's own unbalance is in them"
         )
 
 

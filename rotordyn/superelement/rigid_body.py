@@ -79,7 +79,8 @@ def attach_rigid_disk(
 
     The disk turns with the body. It adds Id rx'' + Ω Ip ry' and Id ry'' − Ω Ip rx' and its mass;
     in the inertial frame its stress stiffening and spin softening cancel, so both stay as they
-    were. Components the interface lacks are left out. The free frequencies of the result are
+    were; in the rotating one they are those of a rigid body. Components the interface lacks are
+    left out. The free frequencies of the result are
     not known and become empty; the fixed-interface frequencies do not change.
 
     Parameters
@@ -132,17 +133,37 @@ def _with_ring(element: Superelement, interface: str, ring: MassProperties) -> S
     for component in components:
         placed[MOTIONS.index(component), element.interface_index(interface, component)] = 1.0
     center = node.position_m + ring.center_of_gravity_m
-    own = MassProperties(element.mass_kg, element.center_of_gravity_m, element.inertia_kg_m2)
-    whole = joined_mass_properties((own, ring._replace(center_of_gravity_m=center)))
+    body = MassProperties(element.mass_kg, element.center_of_gravity_m, element.inertia_kg_m2)
+    whole = joined_mass_properties((body, ring._replace(center_of_gravity_m=center)))
     moments = rigid_motion_moments(ring.mass_kg, center, ring.inertia_kg_m2, node.position_m)
-    turning = _gyroscopic(float(ring.inertia_kg_m2[2, 2]))
+    own = rigid_body_mass_matrix(*ring)
+    turning = {"gyroscopic": _gyroscopic(float(ring.inertia_kg_m2[2, 2]))}
+    if element.frame == "rotating":
+        turning = _rotating(own, moments.second_kg)
+    spun = {name: getattr(element, name) + placed.T @ a @ placed for name, a in turning.items()}
     return dataclasses.replace(
         element,
-        mass=element.mass + placed.T @ rigid_body_mass_matrix(*ring) @ placed,
-        gyroscopic=element.gyroscopic + placed.T @ turning @ placed,
+        mass=element.mass + placed.T @ own @ placed,
+        **spun,
         **whole._asdict(),
         moments=joined_moments(element.moments, projected_moments(moments, placed)),
     )
+
+
+def _rotating(mass: FloatArray, second: FloatArray) -> dict[str, FloatArray]:
+    """G, Kgeo and S at unit spin of a rigid body in its own axes, (6, 6) each.
+
+    `second`: ∫ φ_a φ_b dm of its six motions. What stands still in space needs no force: with the
+    turn T of the motions Kgeo = S + G T − M T².
+    """
+    gyroscopic = 2.0 * (second[1, 0] - second[0, 1])
+    softening = second[0, 0] + second[1, 1]
+    stiffening = softening + gyroscopic @ RIGID_TURN - mass @ RIGID_TURN @ RIGID_TURN
+    return {
+        "gyroscopic": gyroscopic,
+        "stress_stiffening": 0.5 * (stiffening + stiffening.T),
+        "spin_softening": softening,
+    }
 
 
 def _check_disk(

@@ -13,10 +13,12 @@ from solidwhirl.rotordyn.core.errors import SuperelementError
 
 Component = Literal["ux", "uy", "uz", "rx", "ry", "rz", "q"]
 Level = Literal["solid", "harmonic", "beam", "lumped", "imported"]
+Frame = Literal["inertial", "rotating"]
 Coupling = Literal["rigid", "distributing", "none"]
 
 MOTIONS: tuple[Component, ...] = ("ux", "uy", "uz", "rx", "ry", "rz")
 LEVELS: tuple[Level, ...] = get_args(Level)
+FRAMES: tuple[Frame, ...] = get_args(Frame)
 COUPLINGS: tuple[Coupling, ...] = get_args(Coupling)
 SYMMETRIC_MATRICES = ("mass", "stiffness", "stress_stiffening", "spin_softening")
 SYMMETRY_LIMIT = 1e-10
