@@ -36,7 +36,8 @@ def body_damping(rotor: Rotor, matrices: FreeBodyMatrices) -> BodyDamping:
         frequencies, shapes = solve_standing(scale_by_stiffness(matrices.stiffness, matrices.mass))
         momentum = matrices.mass @ shapes
         damping = damping + (2.0 * wanted.modal_ratio * frequencies * momentum) @ momentum.T
-    if rotor.speed_ratio == 0:
+    # axes that turn with the material see the velocity of the material
+    if rotor.speed_ratio == 0 or rotor.element.frame == "rotating":
         return BodyDamping(damping, np.zeros((n, n)))
     if rotor.element.spin_generator is None:
         raise AssemblyError(

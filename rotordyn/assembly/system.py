@@ -163,12 +163,20 @@ def assemble(
     `Bearing.cross_coupling` for shafts that turn backward. Raises AssemblyError if names,
     components or shapes do not fit; all faults are listed at once.
     """
-    system = _checked(
+    rotating = [name for name, rotor in rotors.items() if rotor.element.frame == "rotating"]
+    if rotating:
+        raise AssemblyError(
+            (
+                f"rotors {rotating} bend unlike in two planes: in fixed axes their matrices change "
+                "with the angle; `asymmetric.assemble_rotating` puts them together",
+            )
+        )
+    system = checked_system(
         System(
             rotors=dict(rotors), bearings=tuple(bearings), reference=reference, gears=tuple(gears)
         )
     )
-    rotors, slices = system.rotors, _body_slices(system)
+    rotors, slices = system.rotors, body_slices_of(system)
     transformation = independent_coordinates(system, slices)
     rows = Rows(system, slices, transformation)
     bodies = [free_body_matrices(rotor.element) for rotor in rotors.values()]
@@ -195,13 +203,13 @@ def assemble(
         spin_generator=_spin_generator(system, transformation),
         transformation=transformation,
         body_slices=slices,
-        speed_limit_rad_s=_speed_limit(system),
+        speed_limit_rad_s=speed_limit(system),
         body_rate=max(float(np.max(np.diag(e.stiffness) / np.diag(e.mass))) for e in elements),
     )
 
 
-def _checked(system: System) -> System:
-    """Return the system with the bearings that act, or raise all its faults."""
+def checked_system(system: System) -> System:
+    """Return the system with the bearings that act, or raise all its faults (AssemblyError)."""
     problems = parts.find_problems(system)
     if not problems:
         system = dataclasses.replace(system, bearings=_with_spin(system))
@@ -255,7 +263,8 @@ def _symmetric(matrix: FloatArray) -> FloatArray:
     return np.asarray(0.5 * (matrix + matrix.T))
 
 
-def _speed_limit(system: System) -> float:
+def speed_limit(system: System) -> float:
+    """Return the largest |Ω| at which no body runs faster than its basis was made for."""
     limits = [
         rotor.element.maximum_speed_rad_s / abs(rotor.speed_ratio)
         for rotor in system.rotors.values()
@@ -264,7 +273,8 @@ def _speed_limit(system: System) -> float:
     return min(limits, default=np.inf)
 
 
-def _body_slices(system: System) -> dict[str, slice]:
+def body_slices_of(system: System) -> dict[str, slice]:
+    """Return the rows of each body among the coordinates of all."""
     sizes = [rotor.element.size for rotor in system.rotors.values()]
     ends = np.cumsum(sizes).tolist()
     starts = [end - size for end, size in zip(ends, sizes, strict=True)]
@@ -357,14 +367,14 @@ def speed_derivative(
     stiffness = stiffness + assembled.circulatory_stiffness
     velocity = assembled.gyroscopic
     for joint in assembled.law_joints:
-        slopes = _slopes(joint, speed_rad_s, side)
+        slopes = law_slopes(joint, speed_rad_s, side)
         stiffness = stiffness + joint.motion.T @ slopes[0] @ joint.motion
         velocity = velocity + joint.motion.T @ slopes[1] @ joint.motion
     return SpeedDerivative(velocity=np.asarray(velocity), stiffness=np.asarray(stiffness))
 
 
-def _slopes(joint: LawJoint, speed: float, side: Side) -> tuple[FloatArray, FloatArray]:
-    """Return dk/dΩ and dc/dΩ, (2, 2) each."""
+def law_slopes(joint: LawJoint, speed: float, side: Side) -> tuple[FloatArray, FloatArray]:
+    """Return dk/dΩ and dc/dΩ of a bearing with a speed law, (2, 2) each."""
     if joint.pieces is None:
         step = max(_STEP * abs(speed), _SMALLEST_STEP)
         ends = [joint.coefficients(speed + sign * step) for sign in (-1.0, 1.0)]

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy.linalg as la
 
-from solidwhirl.rotordyn.asymmetric.periodic import PeriodicSystem, at_speed
+from solidwhirl.rotordyn.asymmetric.periodic import PeriodicSystem
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 
@@ -65,8 +65,7 @@ class _State:
         n, self._speed = system.size, speed
         factor = la.cho_factor(system.mass)
         velocity, stiffness = (
-            {h: la.cho_solve(factor, a) for h, a in at_speed(terms, speed).items()}
-            for terms in (system.velocity, system.stiffness)
+            {h: la.cho_solve(factor, a) for h, a in terms.items()} for terms in system.at(speed)
         )
         constant = stiffness.get(0, np.zeros((n, n)))
         self.fastest = float(max(np.sqrt(np.abs(la.eigvals(constant)).max()), abs(speed)))

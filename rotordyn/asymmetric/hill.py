@@ -17,7 +17,7 @@ from functools import partial
 import numpy as np
 
 from solidwhirl.rotordyn.assembly.system import Side
-from solidwhirl.rotordyn.asymmetric.periodic import PeriodicSystem, at_speed, slope_at
+from solidwhirl.rotordyn.asymmetric.periodic import PeriodicSystem
 from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, Matrix
 from solidwhirl.rotordyn.stability.eigenvalue_paths import Block, Coefficients
 
@@ -36,7 +36,7 @@ def hill_block(system: PeriodicSystem, order: int) -> Block:
     mass, laid = system.mass, partial(_laid, order, system.stride, system.size)
 
     def at(speed: float) -> Coefficients:
-        velocity, stiffness = (at_speed(t, speed) for t in (system.velocity, system.stiffness))
+        velocity, stiffness = system.at(speed)
         rate = shifts * speed
         return Coefficients(
             laid(velocity) + _diagonal(2.0 * rate, mass),
@@ -44,8 +44,8 @@ def hill_block(system: PeriodicSystem, order: int) -> Block:
         )
 
     def slopes(speed: float, side: Side) -> Coefficients:
-        velocity = at_speed(system.velocity, speed)
-        turn, change = (slope_at(t, speed) for t in (system.velocity, system.stiffness))
+        velocity, _ = system.at(speed)
+        turn, change = system.slopes(speed, side)
         return Coefficients(
             laid(turn) + _diagonal(2.0 * shifts, mass),
             laid(change)

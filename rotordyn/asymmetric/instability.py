@@ -9,7 +9,7 @@ import numpy as np
 
 from solidwhirl.rotordyn.asymmetric.floquet import floquet_multipliers
 from solidwhirl.rotordyn.asymmetric.hill import hill_block
-from solidwhirl.rotordyn.asymmetric.periodic import PeriodicSystem, at_speed
+from solidwhirl.rotordyn.asymmetric.periodic import PeriodicSystem
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.stability.eigenvalue_paths import prepared
 from solidwhirl.rotordyn.stability.unstable_windows import Window, unstable_windows
@@ -63,7 +63,7 @@ def unstable_ranges(
             f"speeds are {speed_low_rad_s} to {speed_high_rad_s}; both are above 0 and rise"
         )
     width = narrowest * (speed_high_rad_s - speed_low_rad_s)
-    own = at_speed(system.stiffness, 0.0).get(0, np.zeros_like(system.mass))
+    own = system.at(0.0)[1].get(0, np.zeros_like(system.mass))
     rate = float((np.diag(own) / np.diag(system.mass)).max())
 
     def windows(order: int) -> list[Window]:
