@@ -309,11 +309,14 @@ def _bearing_terms(found: RotatingSystem, bearing: Bearing) -> tuple[list[Term],
     spring, drag = bearing.matrices()
     if bearing.speed_law is not None:
         spring[:2, :2] = drag[:2, :2] = 0.0
-    return joint_terms(_relative(found, bearing), spring, drag)
+    return joint_terms(relative_motion(found, bearing), spring, drag)
 
 
-def _relative(found: RotatingSystem, bearing: Bearing) -> Harmonics:
-    """Motion of a bearing's first side relative to its second in fixed axes, by harmonic."""
+def relative_motion(found: RotatingSystem, bearing: Bearing) -> Harmonics:
+    """Return the motion of a bearing's first side relative to its second in fixed axes.
+
+    By harmonic, (6, n) each.
+    """
     motion = found.seat(bearing.first)
     if bearing.second is not None:
         for harmonic, part in found.seat(bearing.second).items():
@@ -337,7 +340,7 @@ def _gear_terms(found: RotatingSystem, gear: Gear) -> tuple[list[Term], list[Ter
 def _law(found: RotatingSystem, bearing: Bearing) -> TurnedLaw:
     """A bearing with a speed law, over the speed of the frame."""
     assert bearing.speed_law is not None
-    motion = {h: part[:2] for h, part in _relative(found, bearing).items()}
+    motion = {h: part[:2] for h, part in relative_motion(found, bearing).items()}
     joint = LawJoint(
         bearing=bearing.name,
         law=bearing.speed_law,
