@@ -18,49 +18,52 @@ from scipy.optimize import linear_sum_assignment
 from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.asymmetric.assembly import RotatingSystem
 from solidwhirl.rotordyn.asymmetric.hill import hill_block
-from solidwhirl.rotordyn.asymmetric.periodic import Harmonics, PeriodicSystem
+from solidwhirl.rotordyn.asymmetric.periodic import Harmonics, PeriodicSystem, Term
 from solidwhirl.rotordyn.asymmetric.response import seen
+from solidwhirl.rotordyn.campbell.diagram import Campbell
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.stability.eigenvalue_paths import Spectral, prepared, solve, with_slopes
 
-# Harmonics on either side of an expansion; lines that are kept are two fewer.
+# Harmonics on either side of an expansion.
 _ORDER = 3
 # What a change of shape weighs beside one of the eigenvalue where branches are followed.
 _SHAPE = 0.3
 # A speed at which the turn says nothing: matrices are those of one angle.
 _AT_REST = 1e-9
+# Circles that differ by less are a line; decrements below this are rounding.
+_LINE, _UNDAMPED = 1e-2, 1e-9
+_SEEN = ("line_rad_s", "forward", "backward", "axial", "inside")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
 class RotatingDiagram(ReadOnlyArrays):
     """Hold the branches of an engine over the speed of the frame, and the lines they are seen at.
 
-    `speeds_rad_s`: of the frame, (s,). `eigenvalues`: λ in the frame, (b, s), in 1/s; Im λ < 0: the
-    motion turns backward there. `multiples`: k of the lines, (k,). `fixed_rad_s`: Im λ + kΩ with
-    its sign, positive where the circle turns about +z in fixed axes, (b, k, s). `fixed_share`: part
-    of each line in the motion of turning interfaces, (b, k, s). `rotating_share`: the same of Im λ
-    + hΩ in the frame, by the kinetic energy, for the same multiples, (b, k, s).
+    `speeds_rad_s`: of the frame, (s,). `eigenvalues`: λ in the frame, 1/s, (b, s). `multiples`: k
+    of the lines, (k,). `line_rad_s`: |Im λ + kΩ|, seen in fixed axes, (b, k, s). `forward`,
+    `backward`, `axial`: part of each line in the motion of turning interfaces, circles about +z and
+    −z, and motion along and about the axis, (b, k, s); their sum over k is 1. `inside`: part of the
+    frequency |Im λ + kΩ| in the frame, by the kinetic energy, (b, k, s).
     """
 
     speeds_rad_s: FloatArray
     eigenvalues: ComplexArray
     multiples: IntArray
-    fixed_rad_s: FloatArray
-    fixed_share: FloatArray
-    rotating_share: FloatArray
+    line_rad_s: FloatArray
+    forward: FloatArray
+    backward: FloatArray
+    axial: FloatArray
+    inside: FloatArray
 
-    def strongest(self) -> tuple[FloatArray, FloatArray]:
-        """Return the signed frequency of the strongest line of each branch, and its share, (b, s).
+    @property
+    def share(self) -> FloatArray:
+        """Part of each line in fixed axes, (b, k, s)."""
+        return np.asarray(self.forward + self.backward + self.axial)
 
-        rad/s; positive: forward.
-        """
-        best = np.nanargmax(np.where(np.isnan(self.fixed_share), -1.0, self.fixed_share), axis=1)
-        pick = best[:, None, :]
-        signed, share = (
-            np.take_along_axis(a, pick, axis=1)[:, 0] for a in (self.fixed_rad_s, self.fixed_share)
-        )
-        return signed, share
+    def strongest(self) -> IntArray:
+        """Return which line of each branch is the strongest, (b, s)."""
+        return np.asarray(self.share.argmax(axis=1))
 
 
 def rotating_diagram(
@@ -80,21 +83,20 @@ def rotating_diagram(
     columns = [np.array(slow[:branch_count], dtype=int)]
     for before, after in zip(states[:-1], states[1:], strict=True):
         columns.append(_followed(rotating.periodic, before, after, columns[-1]))
-    multiples = np.arange(-_ORDER - 1, _ORDER + 2)
+    reach = 1 + _ORDER * rotating.periodic.stride
+    multiples = np.arange(-reach, reach + 1)
     ends = _turning_ends(rotating)
     lines = [
         [_lines(rotating, state, k, ends, multiples) for k in chosen]
         for state, chosen in zip(states, columns, strict=True)
     ]
-    signed, fixed, turning = np.array(lines).transpose(2, 1, 3, 0)
+    seen_at = np.array(lines).transpose(2, 1, 3, 0)
     values = np.array([state.values[c] for state, c in zip(states, columns, strict=True)]).T
     return RotatingDiagram(
         speeds_rad_s=speeds,
         eigenvalues=values,
         multiples=multiples,
-        fixed_rad_s=signed,
-        fixed_share=fixed,
-        rotating_share=turning,
+        **dict(zip(_SEEN, seen_at, strict=True)),
     )
 
 
@@ -125,16 +127,11 @@ def _motions(periodic: PeriodicSystem, speed: float) -> _State:
 def _frozen(periodic: PeriodicSystem) -> PeriodicSystem:
     """The system at the angle 0, at rest."""
     velocity, stiffness = periodic.at(0.0)
-    summed = [sum(parts.values()).real for parts in (velocity, stiffness) if parts]  # type: ignore[attr-defined]
-    from solidwhirl.rotordyn.asymmetric.periodic import Term
-
-    if not velocity:
-        summed.insert(0, np.zeros_like(periodic.mass))
-    return PeriodicSystem(
-        mass=periodic.mass,
-        velocity=(Term(0, 0, summed[0]),),
-        stiffness=(Term(0, 0, summed[1]),),
-    )
+    terms = [
+        (Term(0, 0, np.sum([a.real for a in parts.values()], axis=0)),) if parts else ()
+        for parts in (velocity, stiffness)
+    ]
+    return PeriodicSystem(mass=periodic.mass, velocity=terms[0], stiffness=terms[1])
 
 
 def _followed(
@@ -174,26 +171,36 @@ def _main(state: _State) -> ComplexArray:
 
 def _lines(
     rotating: RotatingSystem, state: _State, mode: int, ends: list[End], multiples: IntArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Signed frequencies in fixed axes, shares there, and shares in the frame of one motion."""
+) -> FloatArray:
+    """What `_SEEN` names of one motion, (5, k)."""
     motion: Harmonics = {int(h): state.parts[k][:, mode] for k, h in enumerate(state.harmonics)}
-    turn = state.speed * multiples
-    rate = state.values[mode].imag + turn
-    forward, backward = np.zeros(len(multiples)), np.zeros(len(multiples))
-    inside = np.zeros(len(multiples))
+    rate = state.values[mode].imag + state.speed * multiples
+    circles, inside = np.zeros((3, len(multiples))), np.zeros(len(multiples))
     first = int(multiples[0])
     for end in ends:
+        arm = _gyration(rotating, end)
         for h, u in seen(rotating.seat(end), motion).items():
-            if first <= h <= -first:
-                forward[h - first] += abs(u[0] + 1j * u[1]) ** 2
-                backward[h - first] += abs(u[0] - 1j * u[1]) ** 2
+            sides = (u[0] + 1j * u[1], u[0] - 1j * u[1])
+            circles[:2, h - first] += [0.5 * abs(side) ** 2 for side in sides]
+            circles[2, h - first] += abs(u[2]) ** 2 + abs(arm * u[5]) ** 2
     for h, q in motion.items():
-        if first <= h <= -first:
-            inside[h - first] = float((q.conj() @ rotating.periodic.mass @ q).real)
-    total, energy = float(forward.sum() + backward.sum()), float(inside.sum())
-    share = (forward + backward) / total if total else np.full(len(multiples), np.nan)
-    sign = rotating.sense * np.where(forward >= backward, 1.0, -1.0)
-    return rate * sign, share, inside / energy if energy else inside
+        inside[h - first] = float((q.conj() @ rotating.periodic.mass @ q).real)
+    if not state.speed:
+        # all lines are one
+        circles[:, -first] = circles.sum(axis=1)
+        circles[:, np.arange(len(multiples)) != -first] = 0.0
+    # x + iy of a circle e^{irt} turns about +z where r > 0
+    ahead = rate * rotating.sense >= 0.0
+    sides = (np.where(ahead, circles[k], circles[1 - k]) for k in (0, 1))
+    total, energy = float(circles.sum()) or 1.0, float(inside.sum()) or 1.0
+    shares = [part / total for part in (*sides, circles[2])]
+    return np.array([np.abs(rate), *shares, inside / energy])
+
+
+def _gyration(rotating: RotatingSystem, end: End) -> float:
+    """Radius of gyration of a body about the axis, m: what a turn moves it by."""
+    element = rotating.system.rotors[end.body].element
+    return float(np.sqrt(element.inertia_kg_m2[2, 2] / element.mass_kg))
 
 
 def _turning_ends(rotating: RotatingSystem) -> list[End]:
@@ -204,3 +211,29 @@ def _turning_ends(rotating: RotatingSystem) -> list[End]:
         for node in rotor.element.interfaces
         if {"ux", "uy"} <= set(rotor.element.components_at(node.name))
     ]
+
+
+def as_campbell(found: RotatingDiagram, frame_ratio: float) -> Campbell:
+    """Return the strongest line of each branch as a diagram in fixed axes.
+
+    Over the speed of the reference shaft. Decrements are those of that line.
+    """
+    pick = found.strongest()[:, None, :]
+    hertz, forward, backward = (
+        np.take_along_axis(a, pick, axis=1)[:, 0]
+        for a in (found.line_rad_s / (2.0 * np.pi), found.forward, found.backward)
+    )
+    lateral = forward + backward
+    whirl = np.where(forward > backward, "forward", "backward").astype("U8")
+    planar = np.abs(forward - backward) <= _LINE * np.maximum(lateral, _LINE)
+    growth = found.eigenvalues.real
+    decrement = np.divide(-growth, hertz, out=np.zeros_like(growth), where=hertz > 0)
+    return Campbell(
+        speeds_rad_s=found.speeds_rad_s / abs(frame_ratio),
+        eigenvalues=growth + 2j * np.pi * hertz,
+        frequency_hz=hertz,
+        log_decrement=np.where(np.abs(decrement) <= _UNDAMPED, 0.0, decrement),
+        whirl=np.where(planar | (lateral <= 0.5 * _LINE), "planar", whirl),
+        overlap=np.ones_like(hertz),
+        notes=(),
+    )
