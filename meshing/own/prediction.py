@@ -18,13 +18,21 @@ import numpy as np
 from solidwhirl.geometry import (
     Blade,
     Body,
+    Flat,
     Hole,
+    Recess,
+    Section,
+    Slot,
     Subdivision,
     merge_fillets,
     mirror_angle,
+    places_rad,
     sector_count,
     subdivide,
+    symmetry,
 )
+from solidwhirl.geometry.feature_shapes import bottom_distance, hole_range
+from solidwhirl.geometry.features import FEWEST
 from solidwhirl.meshing.own.drawing import face_bounds, face_edges, graded_places
 from solidwhirl.meshing.own.features.sizes import AROUND, edge_at_hole
 from solidwhirl.meshing.own.quality import doubled_areas
@@ -93,7 +101,7 @@ class PredictedMesh:
 def predict_mesh(body: Body, size: MeshSize, kind: MeshKind) -> PredictedMesh:
     """Predict the numbers of a mesh: a meridian, revolved or not, within a factor 1.5.
 
-    `kind`: "solid" is a sector of a body with features, or the whole of one without. Raises
+    `kind`: "solid" is a sector of a body whose features have one, else the whole. Raises
     GeometryError: an invalid body.
 
     Where a section is thinner than its elements are long, the edges (triangles) of its outline
@@ -254,11 +262,12 @@ def _sector(
 ) -> PredictedMesh:
     """Tetrahedra of the swept faces and of blades, triangles of the surface, Euler's formula.
 
-    Without features it is the whole, of four quarters with two cut faces each. Slots are left out,
-    and what holes take away. `drawn`: subdivision, graded places and bounds of its faces.
+    What holes and recesses take away is left out. `drawn`: subdivision, graded places and bounds of
+    its faces.
     """
     subdivision, places, bounds = drawn
-    width = 2.0 * np.pi * _share_of_circle(body)
+    share, parts = _share_of_circle(body), _parts_of_whole(body)
+    width = 2.0 * np.pi * share
 
     def around(x: FloatArray, h: FloatArray) -> FloatArray:
         return np.asarray(width * x[:, 1] / (_TRIANGLE * h**2))
@@ -277,39 +286,49 @@ def _sector(
     curved = {c for c in outer if z[curves[c].start] != z[curves[c].end]}
     densities = [bent if c in curved else around for c in range(len(curves))]
     swept = _along_curves(subdivision, places, size.growth, bounds, densities)
-    volumes, skins = _of_features(body, size)
-    inside, cut = (0.0, 2.0) if body.features else (8.0, 0.0)
-    skins += cut * meridian.cells
-    walls = swept.sum() + skins + inside * meridian.cells
+    volumes, skins = (share * sum_ for sum_ in _of_features(body, size))
+    # cut faces: of one part they are surface, between those of a whole they are inside
+    skins += 0.0 if parts else 2.0 * meridian.cells
+    walls = swept.sum() + skins + 2.0 * parts * meridian.cells
     cells = _TETRAHEDRA * (regular + volumes) + _BY_SKIN * walls
     surface = sum(swept[c] for c in subdivision.boundary) + skins
-    cut_face = meridian if body.features else None
-    return _tetrahedra(cells, surface, len(places), cut_face)
+    return _tetrahedra(cells, surface, len(places), None if parts else meridian)
 
 
 def _share_of_circle(body: Body) -> float:
     """Part of the circle that a mesh holds."""
-    if not body.features:
+    if _parts_of_whole(body):
         return 1.0
     count = sector_count(body.features)
-    if count < 3:  # stages that are computed apart: each is about as large as the largest
+    if count < FEWEST:  # stages that are computed apart: each is about as large as the largest
         return 1.0 / min(f.count for f in body.features)
     return (0.5 if mirror_angle(body) is not None else 1.0) / count
 
 
+def _parts_of_whole(body: Body) -> int:
+    """Number of the parts that the mesh of a whole is laid together from; 0 of a sector."""
+    kind = symmetry(body)
+    if kind == "round":
+        return 4
+    if kind != "asymmetric":
+        return 0
+    return 2 * sector_count(body.features) if mirror_angle(body) is not None else 2
+
+
 def _of_features(body: Body, size: MeshSize) -> tuple[float, float]:
-    """Regular tetrahedra in blades, at their roots and about holes, triangles of their surfaces."""
-    share, volumes, skins = _share_of_circle(body), 0.0, 0.0
+    """Regular tetrahedra in blades, at roots, holes and recesses, triangles of their surfaces."""
+    sections, volumes, skins = {s.name: s for s in body.sections}, 0.0, 0.0
     for feature in body.features:
         if isinstance(feature, Blade):
             own = _of_blade(feature, size)
         elif isinstance(feature, Hole):
-            within = next(s for s in body.sections if s.name == feature.within)
-            own = _of_hole(feature, within.end_m - within.start_m, size)
+            start, end = hole_range(feature, sections[feature.within])
+            own = _of_hole(feature, end - start, size)
         else:
-            continue
-        volumes += share * feature.count * own[0]
-        skins += share * feature.count * own[1]
+            own = _of_recess(feature, sections[feature.within], size), 0.0
+        number = len(places_rad(feature))
+        volumes += number * own[0]
+        skins += number * own[1]
     return volumes, skins
 
 
@@ -331,6 +350,24 @@ def _of_hole(hole: Hole, depth_m: float, size: MeshSize) -> tuple[float, float]:
     # ∫ 2π ρ dρ / (e + g (ρ - R))³ from the wall on
     about = np.pi * (radius / edge**2 + 1.0 / (size.growth * edge)) / size.growth
     return depth_m * about / _TETRAHEDRON, 2.0 * np.pi * radius * depth_m / edge**2 / _TRIANGLE
+
+
+def _of_recess(recess: Recess, section: Section, size: MeshSize) -> float:
+    """Regular tetrahedra along the re-entrant edges of one recess, three quarters of the circle."""
+    length = recess.end_m - recess.start_m
+    bottom, outer = bottom_distance(recess, section), max(section.outer_radius_m)
+    walls = sum((recess.start_m > section.start_m, recess.end_m < section.end_m))
+    if isinstance(recess, Flat):
+        edges = walls * 2.0 * np.sqrt(outer**2 - bottom**2)
+    else:
+        if isinstance(recess, Slot):
+            across = recess.width_m
+        else:
+            across = bottom * float(np.radians(recess.width_deg))
+        edges = 2.0 * length + walls * (across + 2.0 * recess.depth_m)
+    # 3/2 π ∫ ρ dρ / (e + g ρ)³ along the edges
+    along = 0.75 * np.pi * edges / (size.growth**2 * size.corner_size_m)
+    return float(along / _TETRAHEDRON)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -26,7 +26,7 @@ def build_bodies(scene: Scene) -> dict[str, geo.Body]:
             _refuse_dependent_interfaces(
                 bodies[name], geo.merge_fillets(geo.subdivide(bodies[name]))
             )
-            if geo.has_stages(bodies[name]):
+            if geo.symmetry(bodies[name]) == "staged":
                 geo.layout_of(bodies[name])
         except geo.GeometryError as error:
             raise geo.GeometryError(clean(f"bodies.{name}: {error}")) from error
