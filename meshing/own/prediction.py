@@ -53,7 +53,7 @@ _PER_TETRAHEDRON, _PER_SURFACE = 1.0 / 5.6, 0.23
 _CHANGE = 0.7
 # Parts into which every edge of a triangle with local sizes is divided to add up its elements.
 _PARTS = 8
-# Points are in the first cut plane of a sector up to this part of its size.
+# Points are in a cut plane up to this part of the size.
 _IN_PLANE = 1e-9
 # No piece is divided more often: a corner 2^-40 as large as the body is no corner.
 _DIVISIONS = 40
@@ -134,13 +134,14 @@ def predict_revolved(meridian: PredictedMesh) -> PredictedMesh:
     )
 
 
-def predict_refined(local: LocalSize) -> PredictedMesh:
-    """Predict the numbers of a meridian or sector mesh with local sizes, within a factor 1.5.
+def predict_refined(local: LocalSize, *, whole: bool = False) -> PredictedMesh:
+    """Predict the numbers of a mesh with local sizes, within a factor 1.5.
 
-    `local`: sizes that will be asked of the mesh.
+    `local`: sizes that will be asked of the mesh, of a meridian or a solid. `whole`: of a solid
+    that it is no sector, so that it has no cut faces.
     """
     if local.points.shape[1] == 3:
-        return _refined_sector(local)
+        return _refined_solid(local, whole)
     weights = _centroids()
     corners = local.points[local.cells]
     area = 0.5 * np.abs(doubled_areas(corners))
@@ -160,18 +161,22 @@ def predict_refined(local: LocalSize) -> PredictedMesh:
     )
 
 
-def _refined_sector(local: LocalSize) -> PredictedMesh:
+def _refined_solid(local: LocalSize, whole: bool) -> PredictedMesh:
     """Numbers of a mesh of tetrahedra with local sizes."""
     corners = local.points[local.cells]
     volume = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 6.0
     regular = _over_simplices(local, local.cells, volume, lambda h: 1.0 / (_TETRAHEDRON * h**3))
     facets = np.sort(local.cells[:, np.array(list(combinations(range(4), 3)))].reshape(-1, 3))
     facets, count = np.unique(facets, axis=0, return_counts=True)
-    outer = facets[count == 1]
-    size = np.abs(local.points).max()
-    cut = outer[(np.abs(local.points[outer, 1]) < _IN_PLANE * size).all(axis=1)]
-    surface, across = (_triangles(local, rows) for rows in (outer, cut))
+    outer, near = facets[count == 1], _IN_PLANE * np.abs(local.points).max()
+    surface = _triangles(local, outer)
+    if whole:
+        # parts that are laid together have elements on both sides of the planes between them
+        between = _triangles(local, _through_axis(local, facets[count == 2], near))
+        cells = _TETRAHEDRA * regular + _BY_SKIN * (surface + 2.0 * between)
+        return _tetrahedra(cells, surface, 0, None)
     cells = _TETRAHEDRA * regular + _BY_SKIN * surface
+    across = _triangles(local, outer[(np.abs(local.points[outer, 1]) < near).all(axis=1)])
     face = PredictedMesh(
         dimension=2,
         cells=round(across),
@@ -181,6 +186,15 @@ def _refined_sector(local: LocalSize) -> PredictedMesh:
         graded_places=0,
     )
     return _tetrahedra(cells, surface, 0, face)
+
+
+def _through_axis(local: LocalSize, facets: IntArray, near: float) -> IntArray:
+    """Facets in planes through the axis."""
+    x, y = (local.points[facets, k] for k in range(2))
+    first = np.hypot(x, y).argmax(axis=1)[:, None]
+    a, b = (np.take_along_axis(v, first, axis=1) for v in (x, y))
+    off = np.abs(a * y - b * x) / np.hypot(a, b)
+    return np.asarray(facets[(off < near).all(axis=1)])
 
 
 def _tetrahedra(
