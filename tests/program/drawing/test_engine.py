@@ -87,4 +87,4 @@ def test_blades_are_drawn_with_their_number():
     (first, _) = (s.points for s in rows["drum: row_3, 37 blades, titanium"][:2])
     # rounding of a difference of heights some hundred units large
     np.testing.assert_allclose(np.ptp(first[:, 1]) / scale, 0.042, rtol=1e-12)
-    assert "blades, holes and slots" in engine_caption(scene, [body])
+    assert "hatching: blades from the side" in engine_caption(scene, [body])
