@@ -6,6 +6,7 @@ of speed by Hill's method, Floquet multipliers.
 
 from __future__ import annotations
 
+from solidwhirl.rotordyn.asymmetric.assembly import RotatingSystem, assemble_rotating, at_rest
 from solidwhirl.rotordyn.asymmetric.floquet import floquet_multipliers
 from solidwhirl.rotordyn.asymmetric.hill import hill_block
 from solidwhirl.rotordyn.asymmetric.instability import UnstableRange, unstable_ranges
@@ -14,7 +15,10 @@ from solidwhirl.rotordyn.asymmetric.periodic import Joint, PeriodicSystem, turni
 __all__ = [
     "Joint",
     "PeriodicSystem",
+    "RotatingSystem",
     "UnstableRange",
+    "assemble_rotating",
+    "at_rest",
     "floquet_multipliers",
     "hill_block",
     "turning_body",

@@ -8,7 +8,7 @@ complex.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal
@@ -18,6 +18,7 @@ import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.asymmetric.assembly import RotatingSystem
+from solidwhirl.rotordyn.asymmetric.errors import dynamic_change
 from solidwhirl.rotordyn.asymmetric.periodic import Harmonics, PeriodicSystem
 from solidwhirl.rotordyn.asymmetric.response import dynamic_stiffness, seen
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
@@ -43,8 +44,9 @@ class Resonance:
     `speed_rad_s`: of the frame. `damping_ratio`: −Im Ω / |Ω| of the complex root; 0: the motion
     grows without limit. `multiple`: of the speed, with its sign (1: forward at the speed, 2: twice,
     −1: backward), that most of the motion of interfaces is seen with in fixed axes; `share`: its
-    part of it. `motion`: what has most of the kinetic energy. `error_rad_s`: how far the last
-    harmonic moved it.
+    part of it. `motion`: what has most of the kinetic energy. `errors`: relative error estimates
+    by part: what bodies left out ("mesh", "mode_truncation"), and how far the last harmonic moved
+    it ("harmonics").
     """
 
     speed_rad_s: float
@@ -52,7 +54,12 @@ class Resonance:
     motion: Literal["lateral", "axial", "torsion"]
     multiple: int
     share: float
-    error_rad_s: float
+    errors: Mapping[str, float]
+
+    @property
+    def error(self) -> float:
+        """Sum of the error estimates, relative."""
+        return float(sum(self.errors.values()))
 
 
 def critical_speeds(rotating: RotatingSystem, low: float, high: float) -> tuple[Resonance, ...]:
@@ -153,7 +160,7 @@ def _settled(
         polished = _newton(periodic, offset, more, before)
         if polished is None:
             return None
-        now, right, left = polished
+        now, right, left, slope = polished
         if not periodic.stride or (
             more > order and abs(now - before) <= _SETTLED * abs(now)
         ):  # fmt: skip
@@ -164,13 +171,18 @@ def _settled(
     harmonics = [offset + k * periodic.stride for k in range(-more, more + 1)]
     if not periodic.stride:
         harmonics = [offset]
-    parts = dict(zip(harmonics, right.reshape(len(harmonics), -1), strict=True))
-    dual = dict(zip(harmonics, left.reshape(len(harmonics), -1), strict=True))
+    parts, dual = (
+        dict(zip(harmonics, a.reshape(len(harmonics), -1), strict=True)) for a in (right, left)
+    )
     pushed = [np.abs(dual[h].conj() @ f) for h, f in loads.items() if h in dual]
     size = max((float(np.abs(f).max()) for f in loads.values()), default=0.0)
     reach = float(np.abs(left).max()) * size
     if not pushed or max(float(p.max(initial=0.0)) for p in pushed) <= _EXCITED * reach:
         return None
+    change = dynamic_change(rotating, 0.0, float(now.real), dual, parts)
+    errors = {part: float(abs(c / slope / now)) for part, c in change.items()}
+    if periodic.stride:
+        errors["harmonics"] = float(abs((now - before) / now))
     multiple, share = _most_seen(rotating, parts)
     return Resonance(
         speed_rad_s=float(now.real),
@@ -178,23 +190,25 @@ def _settled(
         motion=_motion(rotating, parts),
         multiple=multiple,
         share=share,
-        error_rad_s=float(abs(now - before)) if periodic.stride else 0.0,
+        errors=errors,
     )
 
 
 def _newton(
     periodic: PeriodicSystem, offset: int, order: int, root: complex
-) -> tuple[complex, ComplexArray, ComplexArray] | None:
-    """Root of D(Ω), its vector x and its left vector y, by inverse iteration on both."""
+) -> tuple[complex, ComplexArray, ComplexArray, complex] | None:
+    """Root of D(Ω), its vector x, its left vector y, and yᴴD'x, by inverse iteration on both."""
     size = periodic.size * (2 * order + 1 if periodic.stride else 1)
     right = np.random.default_rng(size).standard_normal(size).astype(complex)
-    left = right.copy()
+    left, slope = right.copy(), 1.0 + 0j
     for step in range(_STEPS):
         matrix = dynamic_stiffness(periodic, root, offset, order)
         scale = 1.0 / np.sqrt(np.maximum(np.abs(np.diag(matrix)), np.abs(matrix).max(axis=1)))
         factor = la.lu_factor(scale[:, None] * matrix * scale, check_finite=False)
         if not np.diag(factor[0]).all():
-            return complex(root), right, left
+            # hit exactly: beside it the vectors are the same
+            root = root * (1.0 + _EXACT)
+            continue
         for _ in range(2 if step == 0 else 1):
             right = scale * la.lu_solve(factor, right / scale)
             left = scale * la.lu_solve(factor, left / scale, trans=2)
@@ -208,7 +222,7 @@ def _newton(
         root = root + change
         if abs(change) <= _EXACT * abs(root):
             break
-    return complex(root), right, left
+    return complex(root), right, left, complex(slope)
 
 
 def _most_seen(rotating: RotatingSystem, motion: Harmonics) -> tuple[int, float]:
