@@ -206,8 +206,8 @@ def request_of(
     from solidwhirl.reduction import ReductionRequest
 
     own = plan.bodies[body.name]
-    whole = None in own.solved_orders
-    estimates = ("mode_truncation",) if whole else ("mode_truncation", "mesh")
+    other = own.shape in ("round", "any")  # matrices of a whole mesh in fixed axes
+    estimates = ("mode_truncation",) if other else ("mode_truncation", "mesh")
     return ReductionRequest(
         level=own.level,
         orders=own.orders,
