@@ -13,7 +13,7 @@ import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly import parts
 from solidwhirl.rotordyn.assembly.bearing_laws import SpeedLaw, law_pieces
-from solidwhirl.rotordyn.assembly.coordinates import Rows, joint_motion, tooth_motion
+from solidwhirl.rotordyn.assembly.coordinates import Placed, Rows, joint_motion, tooth_motion
 from solidwhirl.rotordyn.assembly.internal_damping import body_damping
 from solidwhirl.rotordyn.assembly.joints import independent_coordinates
 from solidwhirl.rotordyn.assembly.law_pieces import LawPieces
@@ -393,24 +393,29 @@ def law_slopes(joint: LawJoint, speed: float, side: Side) -> tuple[FloatArray, F
     return stiffness, damping
 
 
-def gravity_load(assembled: AssembledSystem, gravity_m_per_s2: npt.ArrayLike) -> FloatArray:
+def gravity_load(assembled: Placed, gravity_m_per_s2: npt.ArrayLike) -> FloatArray:
     """Return the weight of all bodies.
 
     `gravity_m_per_s2`: acceleration along x, y, z, shape (3,). The result is on the stacked
     coordinates, shape (N,), N and N m. Raises AnalysisError if the shape is wrong, a number is not
     finite, or no body can move in a direction in which gravity pulls.
     """
+    return np.asarray(weights(assembled, gravity_m_per_s2) @ np.asarray(gravity_m_per_s2))
+
+
+def weights(assembled: Placed, gravity_m_per_s2: npt.ArrayLike) -> FloatArray:
+    """Return the weight of all bodies per gravity along x, y and z, (N, 3); see `gravity_load`."""
     gravity = np.asarray(gravity_m_per_s2, dtype=float)
     if gravity.shape != (3,) or not np.isfinite(gravity).all():
         raise AnalysisError(
             f"gravity_m_per_s2 is {gravity.tolist()}; three finite numbers are needed"
         )
-    load = np.zeros(assembled.transformation.shape[0])
+    load = np.zeros((assembled.transformation.shape[0], 3))
     felt = np.zeros(3, dtype=bool)
     for name, rotor in assembled.system.rotors.items():
         motion = rotor.element.rigid_body_modes[:, :3]
         felt |= motion.any(axis=0)
-        load[assembled.body_slices[name]] = rotor.element.mass @ (motion @ gravity)
+        load[assembled.body_slices[name]] = rotor.element.mass @ motion
     lost = (gravity != 0) & ~felt
     if lost.any():
         axis = "xyz"[int(np.argmax(lost))]

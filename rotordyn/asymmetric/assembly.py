@@ -81,6 +81,26 @@ class RotatingSystem(ReadOnlyArrays):
         motion = seat_motion(self, end)
         return in_fixed_axes(motion, self.sense) if end.body in self.turned else {0: motion}
 
+    def relative(self, bearing: Bearing) -> Harmonics:
+        """Return ux to rz of a bearing's first side relative to its second, as `seat`."""
+        motion = self.seat(bearing.first)
+        if bearing.second is not None:
+            for harmonic, part in self.seat(bearing.second).items():
+                motion[harmonic] = motion[harmonic] - part if harmonic in motion else -part
+        return motion
+
+    def fixed(self, rows: FloatArray) -> Harmonics:
+        """Return ux to rz of something in fixed axes, as `seat`.
+
+        `rows`: the same in the axes of each body per its coordinates, shape (6, N).
+        """
+        turned = np.zeros(self.transformation.shape[0], dtype=bool)
+        for body in self.turned:
+            turned[self.body_slices[body]] = True
+        found = in_fixed_axes((rows * turned) @ self.transformation, self.sense)
+        still = (rows * ~turned) @ self.transformation
+        return {**found, 0: found.get(0, 0.0) + still}
+
 
 def assemble_rotating(
     rotors: Mapping[str, Rotor],
@@ -327,19 +347,7 @@ def _bearing_terms(found: RotatingSystem, bearing: Bearing) -> tuple[list[Term],
     spring, drag = bearing.matrices()
     if bearing.speed_law is not None:
         spring[:2, :2] = drag[:2, :2] = 0.0
-    return joint_terms(relative_motion(found, bearing), spring, drag)
-
-
-def relative_motion(found: RotatingSystem, bearing: Bearing) -> Harmonics:
-    """Return the motion of a bearing's first side relative to its second in fixed axes.
-
-    By harmonic, (6, n) each.
-    """
-    motion = found.seat(bearing.first)
-    if bearing.second is not None:
-        for harmonic, part in found.seat(bearing.second).items():
-            motion[harmonic] = motion[harmonic] - part if harmonic in motion else -part
-    return motion
+    return joint_terms(found.relative(bearing), spring, drag)
 
 
 def _gear_terms(found: RotatingSystem, gear: Gear) -> tuple[list[Term], list[Term]]:
@@ -358,7 +366,7 @@ def _gear_terms(found: RotatingSystem, gear: Gear) -> tuple[list[Term], list[Ter
 def _law(found: RotatingSystem, bearing: Bearing) -> TurnedLaw:
     """A bearing with a speed law, over the speed of the frame."""
     assert bearing.speed_law is not None
-    motion = {h: part[:2] for h, part in relative_motion(found, bearing).items()}
+    motion = {h: part[:2] for h, part in found.relative(bearing).items()}
     joint = LawJoint(
         bearing=bearing.name,
         law=bearing.speed_law,

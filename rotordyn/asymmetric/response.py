@@ -10,7 +10,7 @@ import numpy.typing as npt
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.parts import Bearing, End
-from solidwhirl.rotordyn.asymmetric.assembly import RotatingSystem, relative_motion
+from solidwhirl.rotordyn.asymmetric.assembly import RotatingSystem
 from solidwhirl.rotordyn.asymmetric.hill import hill_block
 from solidwhirl.rotordyn.asymmetric.periodic import Harmonics, PeriodicSystem
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, ReadOnlyArrays
@@ -153,7 +153,7 @@ def _forces(
     for joint, _ in rotating.periodic.laws:
         if joint.bearing == bearing.name:
             spring[:2, :2], drag[:2, :2] = joint.coefficients(speed)
-    relative = seen(relative_motion(rotating, bearing), motion)
+    relative = seen(rotating.relative(bearing), motion)
     return {h: spring @ u + 1j * h * speed * drag @ u for h, u in relative.items()}
 
 

@@ -10,8 +10,8 @@ import numpy as np
 import scipy.linalg as la
 from scipy.optimize import linear_sum_assignment
 
-from solidwhirl.rotordyn.assembly.coordinates import seat_motion
-from solidwhirl.rotordyn.assembly.parts import End
+from solidwhirl.rotordyn.assembly.coordinates import Placed, seat_motion
+from solidwhirl.rotordyn.assembly.parts import End, System
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.core.arrays import (
     BoolArray,
@@ -160,7 +160,7 @@ def interface_orbits(assembled: AssembledSystem, shapes: ComplexArray) -> Orbits
     modes without lateral motion.
     """
     translation, tilt = _translation_and_tilt(assembled, shapes)
-    motion, length = _interface_motion(assembled, shapes), rotor_length(assembled)
+    motion, length = _interface_motion(assembled, shapes), rotor_length(assembled.system)
     largest = np.abs(translation).max(axis=(0, 1), initial=0.0)
     tilted = np.abs(tilt).max(axis=(0, 1), initial=0.0)
     other = np.maximum(
@@ -182,7 +182,7 @@ def _translation_and_tilt(
     """
     motion = _interface_motion(assembled, shapes)
     tip = motion[:, [4, 3]] * np.array([[1], [-1]])
-    return motion[:, :2], rotor_length(assembled) * tip
+    return motion[:, :2], rotor_length(assembled.system) * tip
 
 
 def _interface_motion(assembled: AssembledSystem, shapes: ComplexArray) -> ComplexArray:
@@ -193,20 +193,20 @@ def _interface_motion(assembled: AssembledSystem, shapes: ComplexArray) -> Compl
 
 # Wanted at every speed of a diagram, and the same for all of them.
 @lru_cache(maxsize=4)
-def interface_rows_of_all(assembled: AssembledSystem) -> FloatArray:
+def interface_rows_of_all(assembled: Placed) -> FloatArray:
     """Return the motions of all interface nodes per independent coordinate, (6 nodes, n)."""
     nodes = [
         seat_motion(assembled, End(body=name, interface=node.name))
         for name, rotor in assembled.system.rotors.items()
         for node in rotor.element.interfaces
     ]
-    return np.array(nodes).reshape(-1, assembled.size)
+    return np.array(nodes).reshape(-1, assembled.transformation.shape[1])
 
 
-def rotor_length(assembled: AssembledSystem) -> float:
+def rotor_length(system: System) -> float:
     """Return the length of the longest body between its interfaces, or of its gyration, m."""
     lengths = []
-    for rotor in assembled.system.rotors.values():
+    for rotor in system.rotors.values():
         positions = [node.position_m[2] for node in rotor.element.interfaces]
         gyration = np.sqrt(np.abs(rotor.element.inertia_kg_m2).max() / rotor.element.mass_kg)
         lengths.append(max(float(np.ptp(positions)) if positions else 0.0, float(gyration)))

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from solidwhirl.rotordyn.assembly.bearing_notes import bearing_notes, note_lines
-from solidwhirl.rotordyn.assembly.parts import End
-from solidwhirl.rotordyn.assembly.system import AssembledSystem, gravity_load
+from solidwhirl.rotordyn.assembly.parts import End, System
+from solidwhirl.rotordyn.assembly.system import AssembledSystem, gravity_load, matrices_at_speed
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.modes.damping import NEUTRAL
@@ -20,9 +21,9 @@ from solidwhirl.rotordyn.modes.whirl import interface_rows_of_all, rotor_length
 from solidwhirl.rotordyn.response.unbalance import Unbalance
 from solidwhirl.rotordyn.run_up.loads import static_equilibrium, torsion_load, turning_loads
 from solidwhirl.rotordyn.run_up.record import Divergence, MotionState, RunUp
-from solidwhirl.rotordyn.run_up.recorder import Recorder
+from solidwhirl.rotordyn.run_up.recorder import RecordedMotion, Recorder
 from solidwhirl.rotordyn.run_up.speed_profile import SpeedProfile, ramp_and_hold
-from solidwhirl.rotordyn.run_up.steps import Block, RunPlan, blocks, modal_basis, step_count
+from solidwhirl.rotordyn.run_up.steps import RunPlan, blocks, modal_basis
 
 __all__ = ["ramp_and_hold", "run_up"]
 
@@ -63,39 +64,48 @@ class Watch:
     """Look at the blocks of a run for motion that grows beyond the size of the machine.
 
     A linear system has no other end: below, its displacement may be wrong, but is not absurd.
+    `rows`: ux to rz of the interfaces from the coordinates of the blocks, shape (6 i, n);
+    `limit_m`: size of the machine; `grows`: whether a motion grows at a speed Ω.
     """
 
-    def __init__(self, plan: RunPlan) -> None:
-        self._plan = plan
-        assembled = plan.basis.assembled
-        moved = interface_rows_of_all(assembled).reshape(-1, 6, assembled.size)[:, :3]
-        self._rows = moved.reshape(-1, assembled.size) @ plan.basis.displacement
-        self._limit = rotor_length(assembled)
+    def __init__(
+        self,
+        rows: FloatArray,
+        limit_m: float,
+        step_s: float,
+        grows: Callable[[float], bool],
+    ) -> None:
+        self._rows = rows.reshape(-1, 6, rows.shape[1])[:, :3].reshape(-1, rows.shape[1])
+        self._limit, self._step_s, self._grows = limit_m, step_s, grows
 
-    def divergence(self, block: Block) -> tuple[Block, Divergence] | None:
-        """Return a block up to the step at which the run has diverged; None if it has not."""
+    def divergence(
+        self, first_step: int, speeds_rad_s: FloatArray, places: FloatArray
+    ) -> Divergence | None:
+        """Return where a run has diverged within a block; None if it has not.
+
+        `first_step`: number of its first step; `speeds_rad_s`: Ω at its times, shape (K + 1,);
+        `places`: its displacements, shape (K + 1, n).
+        """
         # one instant tells it: what has not outgrown the machine at the end has not before
-        if self._largest(block.states[-1:])[0] <= self._limit:
+        if self._largest(places[-1:])[0] <= self._limit:
             return None
-        if not _grows(self._plan.basis.assembled, block.frozen_speed_rad_s):
+        if not self._grows(0.5 * float(speeds_rad_s[0] + speeds_rad_s[-1])):
             return None
-        sizes = self._largest(block.states)
+        sizes = self._largest(places)
         last = max(int(np.flatnonzero(~(sizes <= self._limit))[0]), 1)
-        cut = block._replace(
-            speeds_rad_s=block.speeds_rad_s[: last + 1],
-            states=block.states[: last + 1],
-            amplitudes=block.amplitudes[: last + 1],
-        )
-        return cut, Divergence(
-            time_s=(block.first_step + last) * self._plan.step_s,
-            speed_rad_s=float(block.speeds_rad_s[last]),
+        return Divergence(
+            time_s=(first_step + last) * self._step_s,
+            speed_rad_s=float(speeds_rad_s[last]),
             amplitude_m=float(sizes[last]),
             limit_m=self._limit,
         )
 
-    def _largest(self, states: FloatArray) -> FloatArray:
-        motion = states[:, : self._plan.basis.size] @ self._rows.T
-        return np.asarray(np.abs(motion).max(axis=1, initial=0.0))
+    def steps_until(self, stopped: Divergence, first_step: int) -> int:
+        """Return how many steps of a block are left of it."""
+        return round(stopped.time_s / self._step_s) - first_step
+
+    def _largest(self, places: FloatArray) -> FloatArray:
+        return np.asarray(np.abs(places @ self._rows.T).max(axis=1, initial=0.0))
 
 
 def shortened(profile: SpeedProfile, time_s: float) -> SpeedProfile:
@@ -146,19 +156,43 @@ def run_up(
     start = _start(plan, how.initial)
     recorder = Recorder(plan, int(how.record_every), how.outputs, how.bearings)
     state = plan.basis.state(start.displacement, start.velocity)
-    longest, watch, stopped = 1, Watch(plan), None
+    n, longest, stopped = plan.basis.size, 1, None
+    watch = Watch(
+        interface_rows_of_all(assembled) @ plan.basis.displacement,
+        rotor_length(assembled.system),
+        plan.step_s,
+        partial(_grows, assembled),
+    )
     for block in blocks(plan, state):
-        found = watch.divergence(block)
-        if found is not None:
-            block, stopped = found
+        stopped = watch.divergence(block.first_step, block.speeds_rad_s, block.states[:, :n])
+        if stopped is not None:
+            block = block.until(watch.steps_until(stopped, block.first_step))
         recorder.add(block)
         state = block.states[-1]
         if block.acceleration_rad_s2 != 0:
             longest = max(longest, block.states.shape[0] - 1)
         if stopped is not None:
-            plan = plan._replace(profile=shortened(profile, stopped.time_s))
+            profile = shortened(profile, stopped.time_s)
             break
-    return _record(plan, recorder, how, unbalances, state, longest, stopped)
+    return run_record(
+        assembled.system,
+        profile,
+        unbalances,
+        how,
+        recorder.motion(),
+        longest_block=longest,
+        energy=recorder.energy(),
+        balance_error=recorder.worst_balance(),
+        final=MotionState(
+            displacement=plan.basis.displacement @ state[:n],
+            velocity=plan.basis.shapes @ state[n:],
+        ),
+        notes=(
+            *speed_limit_notes(profile, assembled.speed_limit_rad_s),
+            *note_lines(bearing_notes(assembled, profile.speeds_rad_s)),
+        ),
+        stopped=stopped,
+    )
 
 
 def _plan(
@@ -175,7 +209,7 @@ def _plan(
         profile=profile,
         turning=turning_loads(assembled, unbalances),
         steady=weight,
-        torsion=torsion_load(assembled, how.drives),
+        torsion=torsion_load(assembled, assembled.stiffness, how.drives),
         step_s=float(how.step_s),
         phase_error_rad=float(how.phase_error_rad),
     )
@@ -189,41 +223,33 @@ def _start(plan: RunPlan, initial: MotionState | None) -> MotionState:
         if not plan.steady.any():
             return MotionState(displacement=still, velocity=still)
         load = assembled.transformation.T @ plan.steady
-        place = static_equilibrium(assembled, float(plan.profile.speeds_rad_s[0]), load)
+        speed = float(plan.profile.speeds_rad_s[0])
+        place = static_equilibrium(matrices_at_speed(assembled, speed).stiffness, speed, load)
         return MotionState(displacement=place, velocity=still)
-    for name in ("displacement", "velocity"):
-        value = getattr(initial, name)
-        if value.shape != (assembled.size,) or not np.isfinite(value).all():
-            raise AnalysisError(
-                f"{name} of the initial state has shape {value.shape}; {assembled.size} finite "
-                "numbers are needed"
-            )
-    return initial
+    return initial.of_size(assembled.size)
 
 
-def _record(
-    plan: RunPlan,
-    recorder: Recorder,
-    how: RunSettings,
+def run_record(
+    system: System,
+    profile: SpeedProfile,
     unbalances: Sequence[Unbalance],
-    state: FloatArray,
-    longest: int,
-    stopped: Divergence | None,
+    how: RunSettings,
+    motion: RecordedMotion,
+    **rest: Any,
 ) -> RunUp:
-    assembled, n = plan.basis.assembled, plan.basis.size
-    steps = np.arange(0, step_count(plan) + 1, int(how.record_every))
+    """Return the record of a run over a profile; `rest`: fields of `RunUp` that no other gives."""
+    count = round(profile.duration_s / how.step_s)
+    steps = np.arange(0, count + 1, int(how.record_every))
     # the last breakpoint may miss the last step by rounding
-    times = np.minimum(steps * plan.step_s, plan.profile.duration_s)
-    motion = recorder.motion()
+    times = np.minimum(steps * float(how.step_s), profile.duration_s)
     return RunUp(
-        profile=plan.profile,
-        speed_ratios={name: r.speed_ratio for name, r in assembled.system.rotors.items()},
+        profile=profile,
+        speed_ratios={name: r.speed_ratio for name, r in system.rotors.items()},
         unbalances=tuple(unbalances),
-        step_s=plan.step_s,
-        longest_block=longest,
+        step_s=float(how.step_s),
         time_s=times,
-        speed_rad_s=plan.profile.speed_rad_s(times),
-        angle_rad=plan.profile.angle_rad(times),
+        speed_rad_s=profile.speed_rad_s(times),
+        angle_rad=profile.angle_rad(times),
         outputs=tuple(how.outputs),
         translation_m=motion.displacement[:, :3],
         rotation_rad=motion.displacement[:, 3:],
@@ -232,26 +258,16 @@ def _record(
         bearings=tuple(how.bearings),
         force_n=motion.force[:, :3],
         moment_n_m=motion.force[:, 3:],
-        energy=recorder.energy(),
-        balance_error=recorder.worst_balance(),
-        final=MotionState(
-            displacement=plan.basis.displacement @ state[:n],
-            velocity=plan.basis.shapes @ state[n:],
-        ),
-        notes=_notes(assembled, plan.profile),
-        stopped=stopped,
+        **rest,
     )
 
 
-def _notes(assembled: AssembledSystem, profile: SpeedProfile) -> tuple[str, ...]:
-    """Say where bodies and bearings run beyond what they were made for."""
-    notes = note_lines(bearing_notes(assembled, profile.speeds_rad_s))
+def speed_limit_notes(profile: SpeedProfile, limit_rad_s: float) -> tuple[str, ...]:
+    """Say whether a body runs beyond what it was made for."""
     fastest = float(np.abs(profile.speeds_rad_s).max())
-    limit = assembled.speed_limit_rad_s
-    if fastest <= limit:
-        return notes
+    if fastest <= limit_rad_s:
+        return ()
     return (
-        f"above {limit:.6g} rad/s a body runs faster than its basis was made for; the run goes to "
-        f"{fastest:.6g} rad/s",
-        *notes,
+        f"above {limit_rad_s:.6g} rad/s a body runs faster than its basis was made for; the run "
+        f"goes to {fastest:.6g} rad/s",
     )

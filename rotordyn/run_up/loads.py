@@ -12,10 +12,9 @@ from typing import NamedTuple
 import numpy as np
 import scipy.linalg as la
 
-from solidwhirl.rotordyn.assembly.coordinates import interface_row
+from solidwhirl.rotordyn.assembly.coordinates import Placed, interface_row
 from solidwhirl.rotordyn.assembly.parts import End
-from solidwhirl.rotordyn.assembly.system import AssembledSystem, matrices_at_speed
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, Matrix
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.response.unbalance import Unbalance
 
@@ -52,7 +51,7 @@ class TurningLoads(NamedTuple):
         return _interleaved(value), _interleaved(rate)
 
 
-def turning_loads(assembled: AssembledSystem, unbalances: Sequence[Unbalance]) -> TurningLoads:
+def turning_loads(assembled: Placed, unbalances: Sequence[Unbalance]) -> TurningLoads:
     """Return the columns of the unbalance forces of a system.
 
     `unbalances`: where and how much; bodies that stand still are refused. Unbalances of bodies
@@ -78,16 +77,13 @@ def turning_loads(assembled: AssembledSystem, unbalances: Sequence[Unbalance]) -
     return TurningLoads(np.array(list(columns)), np.hstack(list(columns.values())))
 
 
-def static_equilibrium(
-    assembled: AssembledSystem, speed_rad_s: float, load: FloatArray
-) -> FloatArray:
+def static_equilibrium(stiffness: Matrix, speed_rad_s: float, load: Matrix) -> Matrix:
     """Return the displacement under a constant load at a constant speed.
 
-    `load`: in the independent coordinates, shape (n,). Returns shape (n,); without any part of
-    motions that cost no energy. Raises AnalysisError if the load pushes along a motion that nothing
-    resists.
+    `stiffness`: at that speed, shape (n, n); `load`: shape (n,). Returns shape (n,); without any
+    part of motions that cost no energy. Raises AnalysisError if the load pushes along a motion that
+    nothing resists.
     """
-    stiffness = matrices_at_speed(assembled, speed_rad_s).stiffness
     scale = 1.0 / np.sqrt(np.maximum(np.abs(np.diag(stiffness)), np.finfo(float).tiny))
     scale = np.where(np.diag(stiffness) == 0, 1.0, scale)
     scaled, pushed = scale[:, None] * stiffness * scale, scale * load
@@ -101,14 +97,15 @@ def static_equilibrium(
     return np.asarray(scale * found)
 
 
-def torsion_load(assembled: AssembledSystem, drives: Sequence[End]) -> FloatArray:
+def torsion_load(assembled: Placed, stiffness: FloatArray, drives: Sequence[End]) -> FloatArray:
     """Return the load on the torsion of all bodies per unit acceleration of the shaft.
 
     Seen from a shaft that follows Ω(t) its inertia pulls back with −M r n_i Ω', r the turn about
     the axis. The torque at the drives balances that over each train of bodies turning together.
 
-    `drives`: interfaces with rz where torque enters, one for each train that is free to turn.
-    Without any, each body is taken to be driven where its inertia is, and torsion is left in peace.
+    `stiffness`: elastic one, shape (n, n). `drives`: interfaces with rz where torque enters, one
+    for each train that is free to turn. Without any, each body is taken to be driven where its
+    inertia is, and torsion is left in peace.
     The result is on the stacked coordinates, shape (N,), N m s²/rad; times Ω' it is a load. Raises
     AnalysisError if the drives do not balance the trains one by one. Raises AssemblyError if a
     drive has no rz.
@@ -123,7 +120,7 @@ def torsion_load(assembled: AssembledSystem, drives: Sequence[End]) -> FloatArra
         load[assembled.body_slices[name]] = -rotor.speed_ratio * (rotor.element.mass @ turn)
     torques = [_unit_load(assembled, end.body, end.interface, "rz") for end in drives]
     columns = np.stack(torques, axis=1)
-    trains = assembled.transformation @ _free_turns(assembled, spins)
+    trains = assembled.transformation @ _free_turns(assembled.transformation, stiffness, spins)
     lever = trains.T @ columns
     values = la.svdvals(lever) if lever.size else np.empty(0)
     square = lever.shape[0] == lever.shape[1]
@@ -138,7 +135,7 @@ def torsion_load(assembled: AssembledSystem, drives: Sequence[End]) -> FloatArra
     return load
 
 
-def _unit_load(assembled: AssembledSystem, body: str, interface: str, component: str) -> FloatArray:
+def _unit_load(assembled: Placed, body: str, interface: str, component: str) -> FloatArray:
     """Return a load of one on an interface coordinate, shape (N,)."""
     interface_row(assembled, body, interface, component)  # says what exists if it does not
     load = np.zeros(assembled.transformation.shape[0])
@@ -148,17 +145,17 @@ def _unit_load(assembled: AssembledSystem, body: str, interface: str, component:
     return load
 
 
-def _free_turns(assembled: AssembledSystem, spins: FloatArray) -> FloatArray:
+def _free_turns(transformation: FloatArray, stiffness: FloatArray, spins: FloatArray) -> FloatArray:
     """Return motions in which bodies turn about the axis and no spring is strained, (n, m)."""
     spins = spins[:, spins.any(axis=0)]
     if not spins.size:
-        return np.zeros((assembled.size, 0))
+        return np.zeros((len(stiffness), 0))
     spins = spins / la.norm(spins, axis=0)
-    motions, *_ = la.lstsq(assembled.transformation, spins)
-    together = motions @ _null_space(assembled.transformation @ motions - spins, _RANK)
-    root = np.sqrt(np.abs(np.diag(assembled.stiffness)))
+    motions, *_ = la.lstsq(transformation, spins)
+    together = motions @ _null_space(transformation @ motions - spins, _RANK)
+    root = np.sqrt(np.abs(np.diag(stiffness)))
     inverse = np.divide(1.0, root, out=np.zeros_like(root), where=root > 0)
-    strain = inverse[:, None] * (assembled.stiffness @ together)
+    strain = inverse[:, None] * (stiffness @ together)
     limit = _RANK * float(la.norm(root[:, None] * together))
     return np.asarray(together @ _null_space(strain, limit))
 

@@ -26,6 +26,17 @@ class MotionState(ReadOnlyArrays):
     displacement: FloatArray
     velocity: FloatArray
 
+    def of_size(self, size: int) -> MotionState:
+        """Return the state, or refuse one that is not of n finite numbers (AnalysisError)."""
+        for name in ("displacement", "velocity"):
+            value = getattr(self, name)
+            if value.shape != (size,) or not np.isfinite(value).all():
+                raise AnalysisError(
+                    f"{name} of the initial state has shape {value.shape}; {size} finite numbers "
+                    "are needed"
+                )
+        return self
+
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
 class EnergyBalance(ReadOnlyArrays):

@@ -6,14 +6,15 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
-from solidwhirl.rotordyn.assembly.coordinates import interface_row, seat_motion
-from solidwhirl.rotordyn.assembly.parts import End
+from solidwhirl.rotordyn.assembly.coordinates import Placed, interface_row, seat_motion
+from solidwhirl.rotordyn.assembly.parts import Bearing, End
 from solidwhirl.rotordyn.assembly.reactions import joint_forces
 from solidwhirl.rotordyn.checks.plain_checks import Miss
 from solidwhirl.rotordyn.checks.plain_responses import force_balance
 from solidwhirl.rotordyn.checks.plain_system import PlainSystem
-from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.run_up.record import EnergyBalance
 from solidwhirl.rotordyn.run_up.steps import Block, RunPlan
@@ -41,6 +42,69 @@ class RecordedMotion(NamedTuple):
     velocity: FloatArray
     force: FloatArray
 
+    @classmethod
+    def joined(
+        cls,
+        motion: list[FloatArray],
+        rate: list[FloatArray],
+        forces: list[FloatArray],
+        outputs: int,
+        bearings: int,
+    ) -> RecordedMotion:
+        """Join pieces of records, (p, 6 outputs) of motion and (p, 6 bearings) of forces."""
+        return cls(_joined(motion, outputs), _joined(rate, outputs), _joined(forces, bearings))
+
+
+def checked_places(
+    assembled: Placed, outputs: Sequence[End], bearings: Sequence[str]
+) -> list[Bearing]:
+    """Return the bearings of some names, or refuse what does not exist.
+
+    Raises AssemblyError if an interface does not exist. Raises AnalysisError if a bearing does not.
+    """
+    known = {bearing.name: bearing for bearing in assembled.system.bearings}
+    missing = [name for name in bearings if name not in known]
+    if missing:
+        raise AnalysisError(f"there are no bearings {missing}; there are {list(known)}")
+    for end in outputs:  # the error of a missing place names what exists
+        rotor = assembled.system.rotors.get(end.body)
+        has = () if rotor is None else rotor.element.components_at(end.interface)
+        interface_row(assembled, end.body, end.interface, has[0] if has else "ux")
+    return [known[name] for name in bearings]
+
+
+class EnergySums:
+    """Sum up the works of the blocks of a run."""
+
+    def __init__(self, step_s: float) -> None:
+        self._step_s = step_s
+        self._kept: list[FloatArray] = []
+        self._works = np.zeros(3)
+        self._stored: float | None = None
+
+    def add(
+        self, stored_j: FloatArray, powers_w: FloatArray, work_j: npt.ArrayLike, kept: IntArray
+    ) -> None:
+        """Add a block.
+
+        `stored_j`: shape (K + 1,); `powers_w`: of loads, drives and losses, shape (K + 1, 3);
+        `work_j`: further work of loads since its start, shape (K + 1,); `kept`: places of records.
+        """
+        if self._stored is not None:
+            # another frozen speed, another stiffness
+            self._works[1] += stored_j[0] - self._stored
+        works = self._works + self._step_s * _integrals(powers_w)
+        works[:, 0] += work_j
+        self._stored, self._works = float(stored_j[-1]), works[-1].copy()
+        self._kept.append(np.column_stack((stored_j, works))[kept])
+
+    def balance(self) -> EnergyBalance:
+        """Return the energy at all records."""
+        stored, load, drive, dissipated = np.vstack(self._kept).T
+        return EnergyBalance(
+            stored_j=stored, load_work_j=load, drive_work_j=drive, dissipated_j=dissipated
+        )
+
 
 class Recorder:
     """Collect the blocks of a run.
@@ -54,17 +118,10 @@ class Recorder:
         self, plan: RunPlan, every: int, outputs: Sequence[End], bearings: Sequence[str]
     ) -> None:
         assembled = plan.basis.assembled
-        known = [bearing.name for bearing in assembled.system.bearings]
-        missing = [name for name in bearings if name not in known]
-        if missing:
-            raise AnalysisError(f"there are no bearings {missing}; there are {known}")
+        checked_places(assembled, outputs, bearings)
         self._plan = plan
         self._every = every
         self._bearings = tuple(bearings)
-        for end in outputs:  # the error of a missing place names what exists
-            rotor = assembled.system.rotors.get(end.body)
-            has = () if rotor is None else rotor.element.components_at(end.interface)
-            interface_row(assembled, end.body, end.interface, has[0] if has else "ux")
         rows = [seat_motion(assembled, end) for end in outputs]
         self._rows = np.array(rows).reshape(6 * len(rows), assembled.size)
         self._modal_columns = plan.modal(plan.turning.columns)
@@ -73,9 +130,7 @@ class Recorder:
         self._motion: list[FloatArray] = []
         self._rate: list[FloatArray] = []
         self._forces: list[FloatArray] = []
-        self._energy: list[FloatArray] = []
-        self._works = np.zeros(3)
-        self._stored: float | None = None
+        self._energy = EnergySums(plan.step_s)
         self._plain = PlainSystem.of(assembled)
         self._balances: list[Miss] = []
 
@@ -88,7 +143,7 @@ class Recorder:
         begins = 0 if block.first_step == 0 else 1
         steps = block.first_step + np.arange(begins, block.states.shape[0])
         kept = begins + np.flatnonzero(steps % self._every == 0)
-        self._energy.append(self._balance(block, spring, damper)[kept])
+        self._balance(block, spring, damper, kept)
         if not kept.size or not (self._rows.size or self._bearings):
             return
         amplitudes = block.amplitudes[kept]
@@ -109,11 +164,7 @@ class Recorder:
         """Return all records."""
         self._flush()
         outputs, bearings = self._rows.shape[0] // 6, len(self._bearings)
-        return RecordedMotion(
-            displacement=_joined(self._motion, outputs),
-            velocity=_joined(self._rate, outputs),
-            force=_joined(self._forces, bearings),
-        )
+        return RecordedMotion.joined(self._motion, self._rate, self._forces, outputs, bearings)
 
     def worst_balance(self) -> float:
         """Return the largest force left over at some records, over the largest force there."""
@@ -136,13 +187,12 @@ class Recorder:
 
     def energy(self) -> EnergyBalance:
         """Return the balance of energy at all records."""
-        stored, load, drive, dissipated = np.vstack(self._energy).T
-        return EnergyBalance(
-            stored_j=stored, load_work_j=load, drive_work_j=drive, dissipated_j=dissipated
-        )
+        return self._energy.balance()
 
-    def _balance(self, block: Block, spring: FloatArray, damper: FloatArray) -> FloatArray:
-        """Return stored energy and the three works at all times of a block, (K + 1, 4)."""
+    def _balance(
+        self, block: Block, spring: FloatArray, damper: FloatArray, kept: IntArray
+    ) -> None:
+        """Keep stored energy and works of a block."""
         n, scale = self._plan.basis.size, self._plan.basis.scale
         place, speed = block.states[:, :n] / scale, block.states[:, n:]
         stored = 0.5 * (np.einsum("kn,kn->k", speed, speed) - np.einsum("kn,kn->k", place, spring))
@@ -156,14 +206,8 @@ class Recorder:
             ),
             axis=1,
         )
-        if self._stored is not None:
-            # another frozen speed, another stiffness
-            self._works[1] += stored[0] - self._stored
-        works = self._works + self._plan.step_s * _integrals(powers)
         # exact, also for motion that a step does not resolve
-        works[:, 0] += (place - place[0]) @ block.modal_constant
-        self._stored, self._works = float(stored[-1]), works[-1].copy()
-        return np.column_stack((stored, works))
+        self._energy.add(stored, powers, (place - place[0]) @ block.modal_constant, kept)
 
     def _flush(self) -> None:
         """Work out motion and forces of the samples that wait."""

@@ -8,6 +8,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 import scipy.linalg as la
 from scipy.linalg.blas import dgemv
 
@@ -423,9 +424,18 @@ class Block(NamedTuple):
     modal_constant: FloatArray
     rates: FloatArray
 
+    def until(self, steps: int) -> Block:
+        """Return its first steps."""
+        some = slice(steps + 1)
+        return self._replace(
+            speeds_rad_s=self.speeds_rad_s[some],
+            states=self.states[some],
+            amplitudes=self.amplitudes[some],
+        )
 
-class _Piece(NamedTuple):
-    """A linear piece of the profile in whole steps."""
+
+class ProfilePiece(NamedTuple):
+    """A linear piece of the profile in whole steps: Ω at both ends, Ω', and ∫Ω dt before it."""
 
     first_step: int
     last_step: int
@@ -441,7 +451,7 @@ def blocks(plan: RunPlan, state: FloatArray) -> Iterator[Block]:
     of the next. Raises AnalysisError if the step does not fit the profile, the unbalance or the
     acceleration.
     """
-    pieces = _pieces(plan)
+    pieces = profile_pieces(plan.profile, plan.step_s, plan.turning.ratios)
     speeds = plan.profile.speeds_rad_s
     rates = frequency_rates(plan.basis, float(speeds.min()), float(speeds.max()))
     loads = plan.modal(plan.turning.columns)
@@ -451,14 +461,15 @@ def blocks(plan: RunPlan, state: FloatArray) -> Iterator[Block]:
             state = block.states[-1]
 
 
-def step_count(plan: RunPlan) -> int:
-    """Return the number of steps of the whole profile."""
-    return _pieces(plan)[-1].last_step
+def profile_pieces(
+    profile: SpeedProfile, step_s: float, ratios: npt.ArrayLike
+) -> list[ProfilePiece]:
+    """Cut a profile into linear pieces of whole steps.
 
-
-def _pieces(plan: RunPlan) -> list[_Piece]:
-    """Cut the profile into pieces of whole steps, refusing a step that does not fit."""
-    h, profile = plan.step_s, plan.profile
+    `ratios`: speeds of what must turn by no more than a radian in a step, over that of the profile.
+    Raises AnalysisError if the step does not fit.
+    """
+    h = step_s
     if not (np.isfinite(h) and h > 0):
         raise AnalysisError(f"step_s is {h}; it must be positive")
     steps = profile.times_s / h
@@ -471,7 +482,7 @@ def _pieces(plan: RunPlan) -> list[_Piece]:
             "number of steps; change one of them"
         )
     fastest = float(np.abs(profile.speeds_rad_s).max())
-    fastest *= float(np.abs(plan.turning.ratios).max(initial=0.0))
+    fastest *= float(np.abs(ratios).max(initial=0.0))
     if fastest * h > _LARGEST_ANGLE:
         raise AnalysisError(
             f"step_s is {h:.6g}, in which a body with unbalance turns by {fastest * h:.3g} rad; "
@@ -481,13 +492,15 @@ def _pieces(plan: RunPlan) -> list[_Piece]:
     angles = profile.angle_rad(profile.times_s).tolist()
     slopes = profile.accelerations_rad_s2.tolist()
     return [
-        _Piece(int(whole[i]), int(whole[i + 1]), (speeds[i], speeds[i + 1]), slopes[i], angles[i])
+        ProfilePiece(
+            int(whole[i]), int(whole[i + 1]), (speeds[i], speeds[i + 1]), slopes[i], angles[i]
+        )
         for i in range(len(slopes))
     ]
 
 
 def _piece_blocks(
-    plan: RunPlan, piece: _Piece, rates: FrequencyRates, loads: FloatArray, state: FloatArray
+    plan: RunPlan, piece: ProfilePiece, rates: FrequencyRates, loads: FloatArray, state: FloatArray
 ) -> Iterator[Block]:
     """Run through one linear piece of the profile."""
     h = plan.step_s

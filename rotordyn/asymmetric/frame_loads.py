@@ -1,0 +1,136 @@
+"""Loads on a system in a turning frame: unbalance, weight, and what an uneven speed does."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import scipy.linalg as la
+
+from solidwhirl.rotordyn.assembly.parts import End
+from solidwhirl.rotordyn.assembly.system import weights
+from solidwhirl.rotordyn.asymmetric.assembly import RotatingSystem
+from solidwhirl.rotordyn.asymmetric.gauss_steps import Instants
+from solidwhirl.rotordyn.asymmetric.periodic import Harmonics
+from solidwhirl.rotordyn.core.arrays import FloatArray, Matrix
+from solidwhirl.rotordyn.response.unbalance import Unbalance
+from solidwhirl.rotordyn.run_up.loads import TurningLoads, torsion_load, turning_loads
+from solidwhirl.rotordyn.superelement.record import Superelement
+
+# Motions of a body that a torque about its axis does not cause: ux, uy, rx, ry.
+_LATERAL = (0, 1, 3, 4)
+
+
+class FrameLoads(NamedTuple):
+    """Forces on the n coordinates of a system in the frame.
+
+    `turning`: unbalance, whose ratios are to the speed of the frame, with columns (n, 2r) by
+    harmonic in `columns`; `weight`: (n, 1) by harmonic; `own`: of the bodies' own unbalance per p²,
+    `euler`: of all per p', shape (n,).
+    """
+
+    turning: TurningLoads
+    columns: Harmonics
+    weight: Harmonics
+    own: FloatArray
+    euler: FloatArray
+
+    def at(self, instants: Instants) -> FloatArray:
+        """Return the force at some instants, (s, n)."""
+        angles, speeds, rise = instants
+        values, _ = self.turning.amplitudes(angles, speeds, rise)
+        out: FloatArray = np.multiply.outer(speeds**2, self.own) + rise * self.euler
+        for harmonics, factors in (
+            (self.columns, values),
+            (self.weight, np.ones((angles.size, 1))),
+        ):
+            for harmonic, columns in harmonics.items():
+                if harmonic == 0:
+                    out += factors @ columns.real.T
+                elif harmonic > 0:  # that of −h is conjugate
+                    turn = 2.0 * np.exp(1j * harmonic * angles)[:, None]
+                    out += (factors * turn.real) @ columns.real.T
+                    out -= (factors * turn.imag) @ columns.imag.T
+        return out
+
+    def on(self, shapes: FloatArray) -> FrameLoads:
+        """Return the forces on the coordinates w in q = shapes w."""
+        return FrameLoads(
+            self.turning,
+            {h: shapes.T @ part for h, part in self.columns.items()},
+            {h: shapes.T @ part for h, part in self.weight.items()},
+            shapes.T @ self.own,
+            shapes.T @ self.euler,
+        )
+
+
+def frame_loads(
+    rotating: RotatingSystem,
+    unbalances: Sequence[Unbalance],
+    gravity_m_per_s2: npt.ArrayLike | None,
+    drives: Sequence[End],
+    own_unbalance: bool,
+) -> FrameLoads:
+    """Return the loads on a system, see `run_up_rotating`."""
+    transformation, ratio = rotating.transformation, abs(rotating.frame_ratio)
+    turning = turning_loads(rotating, unbalances)
+    weight: Harmonics = {}
+    if gravity_m_per_s2 is not None:
+        pull = np.zeros(6)
+        pull[:3] = gravity_m_per_s2
+        rows = np.zeros((6, len(transformation)))
+        rows[:3] = weights(rotating, gravity_m_per_s2).T
+        weight = {h: (pull @ part)[:, None] for h, part in rotating.fixed(rows).items()}
+    own = np.zeros(len(transformation))
+    euler = torsion_load(rotating, _elastic_stiffness(rotating), drives) / ratio
+    for name, rotor in rotating.system.rotors.items():
+        if rotor.element.frame != "rotating":
+            continue
+        at, moments = rotating.body_slices[name], rotor.element.moments
+        assert moments is not None
+        if own_unbalance:
+            own[at] = moments.first_kg_m[0, 0] + moments.first_kg_m[1, 1]
+        # a drive's load is of the whole inertia, also of what is off the axis
+        missing = float(own_unbalance) - float(bool(drives))
+        euler[at] -= missing * rotating.sense * _eccentric(rotor.element)
+    return FrameLoads(
+        turning=TurningLoads(turning.ratios / ratio, turning.columns),
+        columns=_turning_columns(rotating, turning),
+        weight=weight,
+        own=transformation.T @ own,
+        euler=transformation.T @ euler,
+    )
+
+
+def _turning_columns(rotating: RotatingSystem, turning: TurningLoads) -> Harmonics:
+    """Columns of the unbalances by harmonic: pairs that turn as ux and uy do, (n, 2r)."""
+    found = []
+    for k in range(turning.ratios.size):
+        rows = np.zeros((6, len(turning.columns)))
+        rows[:2] = turning.columns[:, 2 * k : 2 * k + 2].T
+        found.append(rotating.fixed(rows))
+    every = {h for one in found for h in one}
+    none = np.zeros((6, rotating.periodic.size))
+    return {h: np.hstack([one.get(h, none)[:2].T for one in found]) for h in every}
+
+
+def _eccentric(element: Superelement) -> FloatArray:
+    """The part of ∫ρ v·(e_z×x) that has resultants across the axis, as rigid motion spreads it.
+
+    The rest is a torque about the axis, and is what drives the body.
+    """
+    moments = element.moments
+    assert moments is not None
+    whole: FloatArray = moments.first_kg_m[0, 1] - moments.first_kg_m[1, 0]
+    lateral = element.rigid_body_modes[:, _LATERAL]
+    momentum = element.mass @ lateral
+    return np.asarray(momentum @ (la.pinv(lateral.T @ momentum) @ (lateral.T @ whole)))
+
+
+def _elastic_stiffness(rotating: RotatingSystem) -> FloatArray:
+    """K at rest without what changes with the angle."""
+    n = rotating.periodic.size
+    own = (t.matrix for t in rotating.periodic.stiffness if t.harmonic == 0 and t.power == 0)
+    return np.asarray(sum(own, np.zeros((n, n))))
