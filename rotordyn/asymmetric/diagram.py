@@ -79,7 +79,8 @@ def rotating_diagram(
         raise AnalysisError("speeds_rad_s must rise, and none be negative")
     states = [_motions(rotating.periodic, float(speed)) for speed in speeds]
     order = np.argsort(np.abs(states[0].values))
-    slow = [k for k in order if states[0].values[k].imag >= 0.0]
+    still = _AT_REST * float(np.abs(states[0].values).max(initial=0.0))
+    slow = [k for k in order if states[0].values[k].imag > still]
     columns = [np.array(slow[:branch_count], dtype=int)]
     for before, after in zip(states[:-1], states[1:], strict=True):
         columns.append(_followed(rotating.periodic, before, after, columns[-1]))

@@ -9,7 +9,7 @@ complex.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Literal
 
@@ -20,7 +20,7 @@ from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.asymmetric.assembly import RotatingSystem
 from solidwhirl.rotordyn.asymmetric.errors import dynamic_change
 from solidwhirl.rotordyn.asymmetric.periodic import Harmonics, PeriodicSystem
-from solidwhirl.rotordyn.asymmetric.response import dynamic_stiffness, seen
+from solidwhirl.rotordyn.asymmetric.response import dynamic_stiffness, held_where_free, seen
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
 
 # Harmonics on either side to begin with, and at most.
@@ -96,7 +96,9 @@ def resonances(
 
     `loads`: (n, k) by harmonic. `speeds_rad_s`: lowest and highest speed of the frame, above 0.
     """
-    periodic, (low, high) = rotating.periodic, speeds_rad_s
+    low, high = speeds_rad_s
+    periodic = held_where_free(rotating.periodic, high)
+    rotating = replace(rotating, periodic=periodic)
     stride = periodic.stride
     offsets = sorted({h % stride for h in loads}) if stride else sorted(loads)
     found: list[Resonance] = []

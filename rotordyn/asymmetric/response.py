@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +12,7 @@ import scipy.linalg as la
 from solidwhirl.rotordyn.assembly.parts import Bearing, End
 from solidwhirl.rotordyn.asymmetric.assembly import RotatingSystem
 from solidwhirl.rotordyn.asymmetric.hill import hill_block
-from solidwhirl.rotordyn.asymmetric.periodic import Harmonics, PeriodicSystem
+from solidwhirl.rotordyn.asymmetric.periodic import Harmonics, PeriodicSystem, Term
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.response.orbits import OrbitRecord
@@ -20,6 +20,9 @@ from solidwhirl.rotordyn.response.orbits import OrbitRecord
 # Part of the largest harmonic below which the last ones of an expansion have to be; and how many
 # there may be.
 _SMALL, _MOST = 1e-9, 12
+# What stiffness does to free motions, relative to others; and how far above the speed these are
+# held.
+_FREE, _FAR_ABOVE = 1e-7, 100.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -82,6 +85,28 @@ def _expanded(
     return dict(zip(harmonics, found.reshape(len(harmonics), n), strict=True))
 
 
+def held_where_free(periodic: PeriodicSystem, speed_rad_s: float) -> PeriodicSystem:
+    """Return a system whose free motions, on which no stiffness acts at any speed, are held.
+
+    A shaft that may turn about its axis or slide along it has no answer to a steady load there. The
+    stiffness puts their frequency far above `speed_rad_s`, the highest that is looked at.
+    """
+    acting = [t.matrix for t in periodic.stiffness]
+    for _, motion in periodic.laws:
+        acting += [part.T @ part for part in motion.values()]
+    root = np.sqrt(np.diag(periodic.mass))
+    rows = np.vstack([m for a in acting for m in ((a / root).real, (a / root).imag)])
+    sizes = np.abs(rows).max(axis=1, initial=0.0)
+    rows = rows[sizes > 0.0] / sizes[sizes > 0.0, None]
+    _, values, vectors = la.svd(rows, full_matrices=True)
+    rank = int((values > _FREE * values.max(initial=0.0)).sum())
+    if rank == periodic.size:
+        return periodic
+    momentum = periodic.mass @ (vectors[rank:].T / root[:, None])
+    held = (_FAR_ABOVE * speed_rad_s) ** 2 * momentum @ momentum.T
+    return replace(periodic, stiffness=(*periodic.stiffness, Term(0, 0, held)))
+
+
 def dynamic_stiffness(
     periodic: PeriodicSystem, speed_rad_s: complex, offset: int, order: int
 ) -> ComplexArray:
@@ -105,6 +130,7 @@ def steady_response(
     load at unit speed that turns with the frame, (n,), as of `own_unbalance`.
     """
     speeds = np.atleast_1d(np.asarray(speeds_rad_s, dtype=float))
+    periodic = held_where_free(rotating.periodic, float(speeds.max(initial=1.0)))
     nodes = tuple(
         End(body=name, interface=node.name)
         for name, rotor in rotating.system.rotors.items()
@@ -116,7 +142,7 @@ def steady_response(
         loads = dict(constant or {})
         if centrifugal is not None:
             loads[0] = loads.get(0, 0.0) + speed**2 * centrifugal
-        found = steady_motion(rotating.periodic, float(speed), loads)
+        found = steady_motion(periodic, float(speed), loads)
         moved.append([seen(seat, found) for seat in seats])
         forces.append([_forces(rotating, b, found, float(speed)) for b in rotating.system.bearings])
     top = max((h for at in moved for node in at for h in node), default=0)

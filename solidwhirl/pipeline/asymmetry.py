@@ -32,9 +32,15 @@ _SAME_GROWTH, _NO_GROWTH = 1e-6, 1e-9
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Asymmetry:
-    """Hold what the frame of asymmetric bodies shows; speeds are those of the frame."""
+    """Hold what the frame of asymmetric bodies shows; speeds are those of the frame.
 
-    system: RotatingSystem
+    `frame_ratio`: speed ratio of these bodies; `periods_per_turn`: of the matrices; 0: they are
+    constant. `excited_by`: bodies whose unbalance keeps step with the frame.
+    """
+
+    frame_ratio: float
+    periods_per_turn: int
+    excited_by: tuple[str, ...]
     diagram: RotatingDiagram
     critical: tuple[Resonance, ...]
     gravity: tuple[Resonance, ...]
@@ -95,7 +101,13 @@ def asymmetry_of(
     span = (max(_SLOWEST * top, float(speeds.min())), top)
     turns = top > 0.0
     return Asymmetry(
-        system=rotating,
+        frame_ratio=rotating.frame_ratio,
+        periods_per_turn=rotating.periodic.stride,
+        excited_by=tuple(
+            name
+            for name, rotor in rotating.system.rotors.items()
+            if abs(rotor.speed_ratio) == abs(rotating.frame_ratio)
+        ),
         diagram=rotating_diagram(rotating, speeds, branch_count),
         critical=critical_speeds(rotating, *span) if turns else (),
         gravity=gravity_critical_speeds(rotating, *span) if turns else (),
@@ -110,23 +122,14 @@ def asymmetry_of(
 
 def diagram_in_fixed_axes(found: Asymmetry) -> Campbell:
     """Return the strongest lines of all branches over the speed of the reference shaft."""
-    return as_campbell(found.diagram, found.system.frame_ratio)
-
-
-def excited_bodies(found: Asymmetry) -> tuple[str, ...]:
-    """Return the bodies whose unbalance keeps step with the frame."""
-    return tuple(
-        name
-        for name, rotor in found.system.system.rotors.items()
-        if abs(rotor.speed_ratio) == abs(found.system.frame_ratio)
-    )
+    return as_campbell(found.diagram, found.frame_ratio)
 
 
 def critical_records(found: Asymmetry) -> tuple[CriticalSpeed, ...]:
     """Return the critical speeds of lateral motion as those of the reference shaft."""
     return tuple(
         CriticalSpeed(
-            speed_rad_s=one.speed_rad_s / abs(found.system.frame_ratio),
+            speed_rad_s=one.speed_rad_s / abs(found.frame_ratio),
             frequency_hz=one.speed_rad_s / (2.0 * np.pi),
             whirl="forward" if one.multiple > 0 else "backward",
             shape=np.zeros(0, dtype=complex),
@@ -138,10 +141,14 @@ def critical_records(found: Asymmetry) -> tuple[CriticalSpeed, ...]:
 
 
 def stability_in_ranges(
-    found: Asymmetry, high_rpm: float, operating: Sequence[Operating], branch_count: int
+    found: Asymmetry,
+    rotating: RotatingSystem,
+    high_rpm: float,
+    operating: Sequence[Operating],
+    branch_count: int,
 ) -> Stability:
     """Return the stability of an engine from its unstable ranges."""
-    ratio = abs(found.system.frame_ratio)
+    ratio = abs(found.frame_ratio)
     intervals = tuple(
         UnstableInterval(
             low_rad_s=one.low_rad_s / ratio,
@@ -164,12 +171,12 @@ def stability_in_ranges(
         low_rpm=0.0,
         high_rpm=high_rpm,
         intervals=intervals,
-        at_operating=tuple(_at(found, o, rpm, intervals, branch_count) for o, rpm in ends),
+        at_operating=tuple(_at(rotating, o, rpm, intervals, branch_count) for o, rpm in ends),
     )
 
 
 def _at(
-    found: Asymmetry,
+    rotating: RotatingSystem,
     operating: Operating,
     rpm: float,
     intervals: tuple[UnstableInterval, ...],
@@ -177,10 +184,9 @@ def _at(
 ) -> dict[str, Any]:
     """Damping of the first whirl either way at an operating speed."""
     speed = rpm / operating.ratio
-    frame = abs(found.system.frame_ratio) * speed * RAD_S_PER_RPM
-    diagram = as_campbell(
-        rotating_diagram(found.system, np.array([frame]), branch_count), found.system.frame_ratio
-    )
+    frame = abs(rotating.frame_ratio) * speed * RAD_S_PER_RPM
+    found = rotating_diagram(rotating, np.array([frame]), branch_count)
+    diagram = as_campbell(found, rotating.frame_ratio)
     first = {}
     for whirl in ("forward", "backward"):
         own = np.flatnonzero(diagram.whirl[:, 0] == whirl)
@@ -215,13 +221,11 @@ def asymmetry_checks(found: Asymmetry) -> tuple[Invariant, ...]:
 
 def asymmetry_document(found: Asymmetry) -> dict[str, Any]:
     """Return what the frame shows as plain data; speeds are those of the reference shaft."""
-    ratio = abs(found.system.frame_ratio)
-    diagram = found.diagram
-    stride = found.system.periodic.stride
+    ratio, diagram = abs(found.frame_ratio), found.diagram
     return {
-        "frame_speed_ratio": found.system.frame_ratio,
-        "constant_in_the_frame": stride == 0,
-        "periods_per_turn": stride,
+        "frame_speed_ratio": found.frame_ratio,
+        "constant_in_the_frame": found.periods_per_turn == 0,
+        "periods_per_turn": found.periods_per_turn,
         "critical_speeds": [resonance_document(r, ratio) for r in found.critical],
         "gravity_critical_speeds": [resonance_document(r, ratio) for r in found.gravity],
         "unstable_ranges": [range_document(r, ratio) for r in found.ranges],
