@@ -125,7 +125,8 @@ class Mesh:
     section_names: tuple[str, ...]  #: Names of the profile's sections
     #: Name to (f, 3) or (f, 6) nodes of the facets of every interface
     interfaces: Mapping[str, IntArray]
-    #: (k,) nodes on the boundary of the meridian at θ = 0 (pictures are drawn from these)
+    #: (k,) nodes on the boundary of the meridian at θ = 0, of the whole of a body with features at
+    #: another angle (pictures are drawn from these)
     outline: IntArray
     size: MeshSize  #: What was asked
     quality: MeshQuality  #: What was got

@@ -76,10 +76,10 @@ def no_common_sector(scene: Scene, name: str) -> str:
     """Why a body of sections has no equal sectors; empty if it has."""
     counts = _feature_counts(scene, name)
     # a count that no body can have is refused with its own reason
-    if not counts or min(counts) < FEWEST or math.gcd(*counts) >= FEWEST:
+    if not counts or min(counts) < 1 or math.gcd(*counts) >= FEWEST:
         return ""
     told = ", ".join(str(n) for n in sorted(set(counts)))
-    return f"the features of {name!r} have the counts {told}, which no sector has in common"
+    return f"the features of {name!r} have the counts {told}, which leave no {FEWEST} equal sectors"
 
 
 def _problems(scene: Scene, spec: RecoverySpec) -> Iterator[str]:
