@@ -41,6 +41,8 @@ from solidwhirl.rotordyn.superelement.record import Superelement
 
 # What a turn may change of matrices of a body of revolution, in coordinates of unit diagonal.
 _EVEN = 1e-9
+# Smallest diagonal over the largest that is told from rounding.
+_ROUNDING = 1e-5
 _PAIRS = (("ux", "uy"), ("rx", "ry"))
 # Speed ratios that differ by less are one.
 _SAME_RATIO = 1e-9
@@ -206,7 +208,9 @@ def _is_even(element: Superelement, turn: FloatArray) -> bool:
     own = la.lstsq(tie, turn @ tie)[0]
     names = ("mass", "stiffness", "gyroscopic", "stress_stiffening", "spin_softening")
     for matrix in (tie.T @ getattr(element, name) @ tie for name in names):
-        root = np.sqrt(np.maximum(np.abs(np.diag(matrix)), np.abs(matrix).max(axis=1)))
+        size = np.maximum(np.abs(np.diag(matrix)), np.abs(matrix).max(axis=1))
+        # a row of nothing but rounding has no size of its own
+        root = np.sqrt(np.maximum(size, _ROUNDING * size.max()))
         root[root == 0.0] = 1.0
         change = (own.T @ matrix + matrix @ own) / np.outer(root, root)
         if np.abs(change).max() > _EVEN:

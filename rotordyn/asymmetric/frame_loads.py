@@ -14,13 +14,13 @@ from solidwhirl.rotordyn.assembly.system import weights
 from solidwhirl.rotordyn.asymmetric.assembly import RotatingSystem
 from solidwhirl.rotordyn.asymmetric.gauss_steps import Instants
 from solidwhirl.rotordyn.asymmetric.periodic import Harmonics
-from solidwhirl.rotordyn.core.arrays import FloatArray, Matrix
+from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.response.unbalance import Unbalance
 from solidwhirl.rotordyn.run_up.loads import TurningLoads, torsion_load, turning_loads
 from solidwhirl.rotordyn.superelement.record import Superelement
 
 # Motions of a body that a torque about its axis does not cause: ux, uy, rx, ry.
-_LATERAL = (0, 1, 3, 4)
+_LATERAL, _TORSION = (0, 1, 3, 4), 5
 
 
 class FrameLoads(NamedTuple):
@@ -117,16 +117,18 @@ def _turning_columns(rotating: RotatingSystem, turning: TurningLoads) -> Harmoni
 
 
 def _eccentric(element: Superelement) -> FloatArray:
-    """The part of ∫ρ v·(e_z×x) that has resultants across the axis, as rigid motion spreads it.
+    """The part of ∫ρ v·(e_z×x) that no drive takes off: resultants across the axis, no torque.
 
-    The rest is a torque about the axis, and is what drives the body.
+    The rest is what a torque, spread as the inertia is, takes to turn the body faster.
     """
     moments = element.moments
     assert moments is not None
     whole: FloatArray = moments.first_kg_m[0, 1] - moments.first_kg_m[1, 0]
-    lateral = element.rigid_body_modes[:, _LATERAL]
+    lateral, turn = element.rigid_body_modes[:, _LATERAL], element.rigid_body_modes[:, _TORSION]
     momentum = element.mass @ lateral
-    return np.asarray(momentum @ (la.pinv(lateral.T @ momentum) @ (lateral.T @ whole)))
+    rest = whole - momentum @ (la.pinv(lateral.T @ momentum) @ (lateral.T @ whole))
+    torque = float(turn @ rest)
+    return np.asarray(whole - (float(turn @ whole) / torque if torque else 1.0) * rest)
 
 
 def _elastic_stiffness(rotating: RotatingSystem) -> FloatArray:

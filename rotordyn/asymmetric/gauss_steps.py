@@ -13,7 +13,7 @@ import numpy as np
 import scipy.linalg as la
 from scipy.linalg.lapack import dgesv
 
-from solidwhirl.rotordyn.assembly.system import law_slopes
+from solidwhirl.rotordyn.assembly.system import Side, law_slopes
 from solidwhirl.rotordyn.asymmetric.periodic import PeriodicSystem, joint_terms
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, Matrix
 from solidwhirl.rotordyn.core.errors import AnalysisError
@@ -62,9 +62,10 @@ class _Factors:
         slopes[:, 1:] = rise * np.arange(1, self._top + 1) * powers[:, :-1]
         same = np.full((len(speeds), 1), rise)
         values, rates = [powers, same], [slopes, 0.0 * same]
+        side: Side = "above" if speeds.sum() >= 0 else "below"  # at rest, where |p| has a corner
         for joint in self._laws:
             found = np.array([joint.coefficients(float(p)) for p in speeds]).reshape(-1, 8)
-            change = np.array([law_slopes(joint, float(p), "both") for p in speeds])
+            change = np.array([law_slopes(joint, float(p), side) for p in speeds])
             change = rise * change.reshape(-1, 8)
             drag, drag_change = found[:, 4:], change[:, 4:]
             values += [found, speeds[:, None] * drag]

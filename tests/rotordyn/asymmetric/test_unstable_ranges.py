@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from bladed_hub import BladedHub
+from flat_rotors import on_shaft, two_blades
 from turning_frame import floquet_multipliers as by_steps
 
 from solidwhirl.rotordyn.asymmetric import (
@@ -18,39 +18,6 @@ from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.stability.eigenvalue_paths import prepared, solve
 
 RPM = np.pi / 30.0
-CROSS = np.array([[0.0, -1.0], [1.0, 0.0]])
-
-
-def on_shaft(mass, stiffness, damping=0.0):
-    """A mass in the middle of a flat shaft (2 directions), damped from outside."""
-    matrices = {
-        "mass": mass * np.eye(2),
-        "gyroscopic": 2.0 * mass * CROSS,
-        "stiffness": np.diag(stiffness),
-        "centrifugal_stiffness": -mass * np.eye(2),
-    }
-    motion = np.eye(6, 2)
-    joint = Joint(motion, np.zeros((6, 6)), np.diag([damping, damping, 0.0, 0.0, 0.0, 0.0]))
-    return turning_body(matrices, [joint])
-
-
-def two_blades(springs, damping=(0.0, 0.0), cross=0.0):
-    """A hub of 7 on springs along x and y with two lag hinges at 0.2, masses 1, springs 2."""
-    hub = BladedHub(count=2, springs=np.diag([2.0, 50.0]))
-    plane = np.ix_(*[[0, 1, 6, 8]] * 2)
-    mass, coriolis, stiffness, stress, softening = (a[plane] for a in hub.direct)
-    matrices = {
-        "mass": mass,
-        "gyroscopic": 2.0 * coriolis,
-        "stiffness": stiffness,
-        "centrifugal_stiffness": stress - softening,
-    }
-    spring, drag = np.zeros((2, 6, 6))
-    spring[:2, :2] = np.diag(springs) - cross * CROSS
-    drag[:2, :2] = np.diag(damping)
-    turning = (mass, coriolis, stiffness, stress - softening)
-    hold = (spring[:2, :2], drag[:2, :2], np.zeros((2, 2)), np.zeros((2, 2)))
-    return turning_body(matrices, [Joint(np.eye(6, 4), spring, drag)]), (turning, hold)
 
 
 def test_flat_shaft_is_unstable_between_its_critical_speeds():
