@@ -17,6 +17,7 @@ from scipy.optimize import linear_sum_assignment
 
 from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.asymmetric.assembly import RotatingSystem
+from solidwhirl.rotordyn.asymmetric.basis import held_to, search_basis
 from solidwhirl.rotordyn.asymmetric.hill import hill_block
 from solidwhirl.rotordyn.asymmetric.periodic import Harmonics, PeriodicSystem, Term
 from solidwhirl.rotordyn.asymmetric.response import seen
@@ -31,6 +32,8 @@ _ORDER = 3
 _SHAPE = 0.3
 # A speed at which the turn says nothing: matrices are those of one angle.
 _AT_REST = 1e-9
+# Modes that the branches are sought in, over the fastest of their lines.
+_FAST = 2.0
 # Circles that differ by less are a line; decrements below this are rounding.
 _LINE, _UNDAMPED = 1e-2, 1e-9
 _SEEN = ("line_rad_s", "forward", "backward", "axial", "inside")
@@ -77,7 +80,8 @@ def rotating_diagram(
     speeds = np.asarray(speeds_rad_s, dtype=float)
     if speeds.ndim != 1 or not speeds.size or (speeds < 0).any() or (np.diff(speeds) <= 0).any():
         raise AnalysisError("speeds_rad_s must rise, and none be negative")
-    states = [_motions(rotating.periodic, float(speed)) for speed in speeds]
+    basis = _slow_motions(rotating.periodic, float(speeds.max()), branch_count)
+    states = [_motions(rotating.periodic, float(speed), basis) for speed in speeds]
     order = np.argsort(np.abs(states[0].values))
     still = _AT_REST * float(np.abs(states[0].values).max(initial=0.0))
     slow = [k for k in order if states[0].values[k].imag > still]
@@ -111,8 +115,24 @@ class _State(NamedTuple):
     parts: ComplexArray
 
 
-def _motions(periodic: PeriodicSystem, speed: float) -> _State:
+def _slow_motions(periodic: PeriodicSystem, top: float, branch_count: int) -> FloatArray:
+    """Motions (n, r) that the branches are sought in: all of them where no harmonics multiply them.
+
+    Those at rest up to twice the frequency of the highest branch with all its sidebands, and what
+    others answer as springs.
+    """
+    if not periodic.stride:
+        return np.eye(periodic.size)
+    own = periodic.at(0.0)[1][0].real
+    squared = la.eigvalsh(0.5 * (own + own.T), periodic.mass)
+    last = np.sqrt(abs(squared[min(branch_count, len(squared) - 1)]))
+    fastest = _FAST * (last + _ORDER * periodic.stride * top)
+    return search_basis(periodic, float(fastest), top)
+
+
+def _motions(periodic: PeriodicSystem, speed: float, basis: FloatArray) -> _State:
     """Motions that count at a speed; near rest those of the engine at one angle."""
+    periodic = held_to(periodic, basis)
     own = periodic.at(0.0)[1][0]
     rate = float((np.diag(own).real / np.diag(periodic.mass)).max())
     turning = periodic if speed > _AT_REST * np.sqrt(rate) else _frozen(periodic)
@@ -121,7 +141,7 @@ def _motions(periodic: PeriodicSystem, speed: float) -> _State:
     found: Spectral = with_slopes(block, solve(block, speed), "both")
     kept = np.flatnonzero(found.counted)
     harmonics = turning.stride * np.arange(-order, order + 1)
-    parts = found.right[:, kept].reshape(len(harmonics), periodic.size, -1)
+    parts = basis @ found.right[:, kept].reshape(len(harmonics), periodic.size, -1)
     return _State(speed, found.values[kept], found.slopes[kept], harmonics, parts)
 
 

@@ -10,7 +10,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from solidwhirl.analyses.registry import KINDS
+from solidwhirl.core.errors import SceneError
 from solidwhirl.geometry import Body
+from solidwhirl.meshing.imported.records import MeshedBody
 from solidwhirl.model.mesh_bodies import base_plan, build_mesh_bodies, is_asymmetric, mesh_plan
 from solidwhirl.model.plan_records import BodyPlan, Effect, Plan
 from solidwhirl.model.resolution import choose_resolution
@@ -34,7 +37,8 @@ def make_plan(scene: Scene, bodies: Mapping[str, Body], level: str | None = None
     the scene's "auto" (see `solidwhirl.bodies.fidelity`), of bodies without features.
     """
     mesh_bodies = build_mesh_bodies(scene)
-    asymmetric = {n: b for n, b in {**bodies, **mesh_bodies}.items() if is_asymmetric(b)}
+    asymmetric: dict[str, Body | MeshedBody] = {n: b for n, b in {**bodies, **mesh_bodies}.items() if is_asymmetric(b)}
+    _refuse_kinds(scene, list(asymmetric))
     speeds = scene_speeds(scene)
     fastest = top_speed(scene)
     top = {name: abs(ratio) * fastest for name, ratio in scene.speed_ratios().items()}
@@ -247,6 +251,30 @@ def _kept(scene: Scene) -> str:
     said += f"; {standing}: a mesh that stands still moves in all directions" if standing else ""
     given = ", ".join(scene.imported)
     return said + (f"; {given}: an imported body keeps all motions of its file" if given else "")
+
+
+def _refuse_kinds(scene: Scene, asymmetric: list[str]) -> None:
+    """Refuse analyses that are for other bodies than those of the scene.
+
+    Raises SceneError.
+    """
+    wanted = "asymmetric" if asymmetric else "even"
+    for k, analysis in enumerate(scene.analyses):
+        if analysis.of_bodies in ("any", wanted):
+            continue
+        where = f"analyses[{k}].kind: {analysis.kind!r} is"
+        if not asymmetric:
+            raise SceneError(
+                f"{where} for bodies that bend unlike in two planes; here all are the same in all "
+                'directions: take "unbalance_response"'
+            )
+        known = sorted(kind for kind, spec in KINDS.items() if spec.of_bodies != "even")
+        raise SceneError(
+            f"{where} for bodies that are the same in all directions, and {', '.join(asymmetric)} "
+            f"bend unlike in two planes: in fixed axes their matrices change with the angle; "
+            f"allowed are {', '.join(known)} (critical speeds, unstable ranges and diagrams in both "
+            "frames are in every run)"
+        )
 
 
 def _asymmetry(names: list[str]) -> Effect:

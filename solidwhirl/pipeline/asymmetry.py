@@ -12,7 +12,12 @@ from solidwhirl.analyses.asymmetric import resonance_document
 from solidwhirl.analyses.base import Operating, decrements
 from solidwhirl.analyses.stability_summary import Stability, covering
 from solidwhirl.rotordyn import Campbell, CriticalSpeed, Superelement
-from solidwhirl.rotordyn.asymmetric import RotatingSystem, UnstableRange, unstable_ranges
+from solidwhirl.rotordyn.asymmetric import (
+    RotatingSystem,
+    UnstableRange,
+    closed_by_damping,
+    unstable_ranges,
+)
 from solidwhirl.rotordyn.asymmetric.diagram import RotatingDiagram, as_campbell, rotating_diagram
 from solidwhirl.rotordyn.asymmetric.resonances import (
     Resonance,
@@ -26,8 +31,11 @@ from solidwhirl.rotordyn.superelement.invariants import Invariant, compared
 
 # Speeds below this part of the highest are at rest: there is no period.
 _SLOWEST = 1e-3
-# Growth by Hill's method and by multipliers, relative to the larger, or to this part of the speed.
-_SAME_GROWTH, _NO_GROWTH = 1e-6, 1e-9
+# Growth by Hill's method and by multipliers, relative to the larger, or to this part of the speed:
+# the multipliers are those of motions up to twice the fastest change of the matrices.
+_SAME_GROWTH, _NO_GROWTH = 1e-4, 1e-9
+# Part of a matrix of velocities that is symmetric, below which that is rounding.
+_EVEN_PART = 1e-12
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -45,6 +53,8 @@ class Asymmetry:
     critical: tuple[Resonance, ...]
     gravity: tuple[Resonance, ...]
     ranges: tuple[UnstableRange, ...]
+    #: Ranges that there would be without damping
+    closed: tuple[UnstableRange, ...]
     departures: Mapping[str, Departure]
 
 
@@ -112,11 +122,20 @@ def asymmetry_of(
         critical=critical_speeds(rotating, *span) if turns else (),
         gravity=gravity_critical_speeds(rotating, *span) if turns else (),
         ranges=unstable_ranges(rotating.periodic, *span) if turns else (),
+        closed=closed_by_damping(rotating.periodic, *span) if turns and _is_damped(rotating) else (),
         departures={
             name: departure_of(rotor.element)
             for name, rotor in rotating.system.rotors.items()
             if rotor.element.frame == "rotating"
         },
+    )
+
+
+def _is_damped(rotating: RotatingSystem) -> bool:
+    """Whether anything takes energy."""
+    terms = (t.matrix for t in rotating.periodic.velocity)
+    return bool(rotating.periodic.laws) or any(
+        np.abs(a + a.T).max() > _EVEN_PART * np.abs(a).max() for a in terms
     )
 
 
@@ -228,7 +247,12 @@ def asymmetry_document(found: Asymmetry) -> dict[str, Any]:
         "periods_per_turn": found.periods_per_turn,
         "critical_speeds": [resonance_document(r, ratio) for r in found.critical],
         "gravity_critical_speeds": [resonance_document(r, ratio) for r in found.gravity],
-        "unstable_ranges": [range_document(r, ratio) for r in found.ranges],
+        "unstable_ranges": [
+            range_document(r, ratio, found.periods_per_turn) for r in found.ranges
+        ],
+        "closed_by_damping": [
+            range_document(r, ratio, found.periods_per_turn) for r in found.closed
+        ],
         "bodies": {
             name: {
                 "center_of_gravity_offset_m": d.offset_m,
@@ -254,8 +278,8 @@ def asymmetry_document(found: Asymmetry) -> dict[str, Any]:
     }
 
 
-def range_document(one: UnstableRange, ratio: float) -> dict[str, Any]:
-    """Return an unstable range as plain data."""
+def range_document(one: UnstableRange, ratio: float, stride: int) -> dict[str, Any]:
+    """Return an unstable range as plain data; `stride`: periods of the matrices in a turn."""
     return {
         "from_rpm": one.low_rad_s / ratio * RPM_PER_RAD_S,
         "to_rpm": one.high_rad_s / ratio * RPM_PER_RAD_S,
@@ -266,5 +290,13 @@ def range_document(one: UnstableRange, ratio: float) -> dict[str, Any]:
         "largest_growth_at_rpm": one.speed_rad_s / ratio * RPM_PER_RAD_S,
         "growth_rate_by_multipliers_per_s": one.floquet_1_s,
         "frequency_in_the_frame_hz": one.frequency_rad_s / (2.0 * np.pi),
+        "meeting": None
+        if one.meeting is None
+        else {
+            "relation": one.meeting.relation,
+            "turns": one.meeting.order * stride,
+            "first_hz": one.meeting.first_rad_s / (2.0 * np.pi),
+            "second_hz": one.meeting.second_rad_s / (2.0 * np.pi),
+        },
         "end_error_rpm": one.error_rad_s / ratio * RPM_PER_RAD_S,
     }

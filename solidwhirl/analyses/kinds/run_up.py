@@ -81,6 +81,8 @@ class RunUpSpec(Analysis):
         "_complexity.png",
     )
 
+    of_bodies = "any"
+
     kind: Literal["run_up"]
     ramp_s: Positive
     hold_s: NotNegative = 0.0
