@@ -246,9 +246,10 @@ def offsets_rad(feature: Feature) -> FloatArray:
     return np.asarray(np.radians(feature.pitch_deg) * steps)
 
 
-def places_rad(feature: Feature) -> FloatArray:
-    """Angles [rad] of the middles of all features of a set, place by place."""
-    places = np.radians(feature.angle_deg) + 2.0 * np.pi * np.arange(feature.count) / feature.count
+def places_rad(feature: Feature, origin_rad: float = 0.0) -> FloatArray:
+    """Angles [rad] of the middles of all features of a set from an origin, place by place."""
+    first = np.radians(feature.angle_deg) - origin_rad
+    places = first + 2.0 * np.pi * np.arange(feature.count) / feature.count
     return np.asarray(np.add.outer(places, offsets_rad(feature)).ravel())
 
 

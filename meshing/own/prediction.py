@@ -115,7 +115,7 @@ def predict_mesh(body: Body, size: MeshSize, kind: MeshKind) -> PredictedMesh:
         return meridian
     if kind == "revolved":
         return predict_revolved(meridian)
-    return _sector(body, size, (subdivision, places, bounds), meridian)
+    return _solid(body, size, (subdivision, places, bounds), meridian)
 
 
 def predict_revolved(meridian: PredictedMesh) -> PredictedMesh:
@@ -268,7 +268,7 @@ def _meridian(
     )
 
 
-def _sector(
+def _solid(
     body: Body,
     size: MeshSize,
     drawn: tuple[Subdivision, FloatArray, list[float]],
@@ -300,7 +300,7 @@ def _sector(
     curved = {c for c in outer if z[curves[c].start] != z[curves[c].end]}
     densities = [bent if c in curved else around for c in range(len(curves))]
     swept = _along_curves(subdivision, places, size.growth, bounds, densities)
-    volumes, skins = (share * sum_ for sum_ in _of_features(body, size))
+    volumes, skins = (share * own for own in _of_features(body, size))
     # cut faces: of one part they are surface, between those of a whole they are inside
     skins += 0.0 if parts else 2.0 * meridian.cells
     walls = swept.sum() + skins + 2.0 * parts * meridian.cells
@@ -367,7 +367,7 @@ def _of_hole(hole: Hole, depth_m: float, size: MeshSize) -> tuple[float, float]:
 
 
 def _of_recess(recess: Recess, section: Section, size: MeshSize) -> float:
-    """Regular tetrahedra along the re-entrant edges of one recess, three quarters of the circle."""
+    """Regular tetrahedra that the re-entrant edges of one recess add, in 3/4 of the circle."""
     length = recess.end_m - recess.start_m
     bottom, outer = bottom_distance(recess, section), max(section.outer_radius_m)
     walls = sum((recess.start_m > section.start_m, recess.end_m < section.end_m))
@@ -379,8 +379,9 @@ def _of_recess(recess: Recess, section: Section, size: MeshSize) -> float:
         else:
             across = bottom * float(np.radians(recess.width_deg))
         edges = 2.0 * length + walls * (across + 2.0 * recess.depth_m)
-    # 3/2 π ∫ ρ dρ / (e + g ρ)³ along the edges
-    along = 0.75 * np.pi * edges / (size.growth**2 * size.corner_size_m)
+    # 3/2 π ∫ [1 / (e + g ρ)³ - 1 / h³] ρ dρ along the edges, to where the sizes are equal
+    finer = (1.0 - size.corner_size_m / size.size_m) ** 3
+    along = 0.75 * np.pi * edges * finer / (size.growth**2 * size.corner_size_m)
     return float(along / _TETRAHEDRON)
 
 

@@ -167,9 +167,9 @@ def _copies(index: int, body: Body, cut: Cut, unit_m: float) -> DimTags:
     """Solids of all features of one set that the part has a part of."""
     feature, width = body.features[index], cut.width_rad
     taken, edges = angles_of(feature, body)
-    # turns on both sides of the part are as near to it as can be
-    least = 0.5 * width - np.pi - _SAME_ANGLE
-    turns = (places_rad(feature) - cut.angle_rad - least) % (2.0 * np.pi) + least
+    turns = (places_rad(feature, cut.angle_rad) + np.pi) % (2.0 * np.pi) - np.pi
+    # as near to the part as can be, on either side of it
+    turns[turns < 0.5 * width - np.pi - _SAME_ANGLE] += 2.0 * np.pi
     if not isinstance(feature, Blade):
         near = [a for a in turns if a + taken[1] > 0.0 and a + taken[0] < width]
         return [pair for a in near for pair in feature_solid(feature, body, a, unit_m)]

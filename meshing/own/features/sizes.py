@@ -137,7 +137,7 @@ def _middle(curve: int) -> FloatArray:
 
 def _own_frame(feature: Hole | Recess, points: FloatArray, cut: Cut) -> FloatArray:
     """Points turned to the frame of the nearest of the equal features, whose middle is at θ = 0."""
-    middles = places_rad(feature) - cut.angle_rad
+    middles = places_rad(feature, cut.angle_rad)
     angle = np.arctan2(points[:, 1], points[:, 0])
     near = cKDTree(_unit_vectors(middles)).query(_unit_vectors(angle))[1]
     angle = angle - middles[near]
