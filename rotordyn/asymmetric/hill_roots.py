@@ -7,14 +7,14 @@ where two eigenvalues meet, and its derivatives need no other factors than g.
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.asymmetric.hill import hill_block
 from solidwhirl.rotordyn.asymmetric.periodic import PeriodicSystem
-from solidwhirl.rotordyn.core.arrays import ComplexArray
+from solidwhirl.rotordyn.core.arrays import ComplexArray, Matrix
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.stability.eigenvalue_paths import Block
 
@@ -101,6 +101,14 @@ class _Step(NamedTuple):
     left: ComplexArray
 
 
+def _solved(matrix: Matrix, wanted: list[Any]) -> Matrix:
+    """Solution of two equations, inf where they are one."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        (a, b), (c, d) = matrix
+        first, second = wanted
+        return np.array([d * first - b * second, a * second - c * first]) / (a * d - b * c)
+
+
 class _Bordered:
     """g and its derivatives at a value and a speed."""
 
@@ -135,12 +143,14 @@ class _Bordered:
         elif sought == "crossing":
             slopes = np.array([1j * by_value, by_speed])
             matrix = np.array([slopes.real, slopes.imag])
-            turning, speed = la.solve(matrix, [-g.real, -g.imag])
+            turning, speed = _solved(matrix, [-g.real, -g.imag])
             value = 1j * turning
         else:
             matrix = np.array([[by_value, by_speed], self._second()])
-            value, rise = la.solve(matrix, [-g, -by_value])
+            value, rise = _solved(matrix, [-g, -by_value])
             speed = float(rise.real)
+        if not np.isfinite(abs(value) + abs(speed)):
+            return None
         return _Step(complex(value), float(speed), self._right, self._left)
 
     def _by(self, slope: ComplexArray) -> complex:

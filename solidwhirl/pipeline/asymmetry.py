@@ -24,6 +24,7 @@ from solidwhirl.rotordyn.asymmetric.resonances import (
     critical_speeds,
     gravity_critical_speeds,
 )
+from solidwhirl.rotordyn.asymmetric.response import held_where_free
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
 from solidwhirl.rotordyn.stability.intervals import UnstableInterval
@@ -110,6 +111,8 @@ def asymmetry_of(
     top = float(speeds.max())
     span = (max(_SLOWEST * top, float(speeds.min())), top)
     turns = top > 0.0
+    # the drive keeps the speed, whatever torsion does
+    driven = held_where_free(rotating.periodic, max(top, 1.0))
     return Asymmetry(
         frame_ratio=rotating.frame_ratio,
         periods_per_turn=rotating.periodic.stride,
@@ -121,8 +124,8 @@ def asymmetry_of(
         diagram=rotating_diagram(rotating, speeds, branch_count),
         critical=critical_speeds(rotating, *span) if turns else (),
         gravity=gravity_critical_speeds(rotating, *span) if turns else (),
-        ranges=unstable_ranges(rotating.periodic, *span) if turns else (),
-        closed=closed_by_damping(rotating.periodic, *span) if turns and _is_damped(rotating) else (),
+        ranges=unstable_ranges(driven, *span) if turns else (),
+        closed=closed_by_damping(driven, *span) if turns and _is_damped(rotating) else (),
         departures={
             name: departure_of(rotor.element)
             for name, rotor in rotating.system.rotors.items()
