@@ -22,10 +22,10 @@ from solidwhirl.rotordyn.asymmetric.gauss_steps import (
     gauss_steps,
     instants_after,
 )
+from solidwhirl.rotordyn.asymmetric.hill import hill_block
 from solidwhirl.rotordyn.asymmetric.periodic import Harmonics
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
-from solidwhirl.rotordyn.modes.damping import NEUTRAL
 from solidwhirl.rotordyn.modes.whirl import interface_rows_of_all, rotor_length
 from solidwhirl.rotordyn.response.unbalance import Unbalance
 from solidwhirl.rotordyn.run_up.integration import (
@@ -43,6 +43,11 @@ from solidwhirl.rotordyn.run_up.steps import profile_pieces
 
 # Steps of a block; bounds memory only.
 _LONGEST = 1024
+# Growth in a period, and rate over the fastest one, of more than a free body that drifts, whose two
+# equal zeros are off by the root of the rounding.
+_GROWS, _DRIFT = 1e-4, 1e-6
+# Harmonics of the motion under the weight.
+_HARMONICS = 5
 
 
 class _Plan(NamedTuple):
@@ -86,9 +91,10 @@ def run_up_rotating(
     fixed angles on their bodies; may be empty. `own_unbalance`: whether the asymmetric bodies are
     loaded by their own centrifugal forces, of masses off the axis and of a bow. `settings`: fields
     of `RunSettings`, of which `step_s` must be given; `phase_error_rad` has no meaning here.
-    Without `initial` the run begins at rest in the frame under its weight at θ = 0; `initial` and
-    `final` are in the coordinates of the frame. Motions and forces of the record are in fixed axes,
-    energies in the frame. `balance_error` is nan. A run that diverges stops as in `run_up`.
+    Without `initial` the run begins in the steady motion under the weight, at rest at Ω = 0;
+    `initial` and `final` are in the coordinates of the frame. Motions and forces of the record are
+    in fixed axes, energies in the frame. A run that diverges stops as in `run_up`. The balance of
+    forces and the ranges of speed laws are not looked at.
 
     Raises AnalysisError if an argument has no meaning, the step is too long for the speed, or a
     bearing that is recorded is rigid; AssemblyError if a place does not exist or lacks a component.
@@ -122,7 +128,6 @@ def run_up_rotating(
         recorder.motion(),
         longest_block=1,
         energy=recorder.energy.balance(),
-        balance_error=np.nan,
         final=MotionState(displacement=shapes @ state[:n], velocity=shapes @ state[n:]),
         notes=speed_limit_notes(plan.profile, rotating.speed_limit_rad_s),
         stopped=stopped,
@@ -150,26 +155,49 @@ def _start(plan: _Plan, how: RunSettings) -> FloatArray:
     if how.initial is not None:
         given = how.initial.of_size(system.size)
         return np.concatenate([system.root @ part for part in (given.displacement, given.velocity)])
-    state = np.zeros(2 * system.size)
-    if plan.loads.weight:
-        speed = float(plan.profile.speeds_rad_s[0])
-        begin = Instants(np.zeros(1), np.array([speed]), 0.0)
-        load = plan.loads._replace(own=0.0 * plan.loads.own, columns={}).at(begin)[0]
-        state[: system.size] = static_equilibrium(system.at(begin)[1][0].T, speed, load)
-    return state
+    speed, weight = float(plan.profile.speeds_rad_s[0]), plan.loads.weight
+    if not weight:
+        return np.zeros(2 * system.size)
+    if speed:
+        return np.concatenate(_under_weight(plan, speed))
+    load = np.sum([part[:, 0].real for part in weight.values()], axis=0)
+    begin = Instants(np.zeros(1), np.zeros(1), 0.0)
+    place = static_equilibrium(system.at(begin)[1][0].T, speed, load)
+    return np.concatenate((place, np.zeros(system.size)))
+
+
+def _under_weight(plan: _Plan, speed: float) -> tuple[FloatArray, FloatArray]:
+    """Return (w, w') at θ = 0 of the steady motion under the weight, by harmonics of the angle."""
+    periodic, root = plan.rotating.periodic, plan.system.root
+    block = hill_block(periodic, _HARMONICS)
+    drag, spring = block.at(speed)
+    count, n = len(block.mass) // periodic.size, periodic.size
+    place, velocity = np.zeros((2, n))
+    for harmonic, load in plan.loads.weight.items():
+        if harmonic < 0:  # conjugate to that of −h
+            continue
+        rate = 1j * harmonic * speed
+        stiffness = rate**2 * block.mass + rate * drag + spring
+        loads = np.zeros((count, n), dtype=complex)
+        loads[count // 2] = (2.0 if harmonic else 1.0) * (root.T @ load[:, 0])
+        found = static_equilibrium(stiffness, speed, loads.ravel()).reshape(count, n)
+        rates = rate + 1j * speed * periodic.stride * (np.arange(count) - count // 2)
+        place += found.sum(axis=0).real
+        velocity += (rates @ found).real
+    return root @ place, root @ velocity
 
 
 def _grows(rotating: RotatingSystem, speed_rad_s: float) -> bool:
     """Whether a motion grows at a speed Ω."""
     periodic, speed = rotating.periodic, abs(rotating.frame_ratio) * speed_rad_s
     if periodic.stride and speed:
-        growth = floquet_multipliers(periodic, speed).growth_1_s
-        return bool(growth > NEUTRAL * abs(speed))
+        found = floquet_multipliers(periodic, speed)
+        return found.growth_1_s * found.period_s > _GROWS
     velocity, stiffness = (sum(parts.values()) for parts in periodic.at(speed))
     n, inverse = periodic.size, la.inv(periodic.mass)
     state = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ stiffness, -inverse @ velocity]])
     values = la.eigvals(state)
-    return bool((values.real > NEUTRAL * np.abs(values)).any())
+    return bool(values.real.max() > _DRIFT * np.abs(values).max())
 
 
 def _blocks(plan: _Plan, state: FloatArray) -> Iterator[_Block]:
