@@ -162,7 +162,8 @@ def _start(plan: _Plan, how: RunSettings) -> FloatArray:
         return np.concatenate(_under_weight(plan, speed))
     load = np.sum([part[:, 0].real for part in weight.values()], axis=0)
     begin = Instants(np.zeros(1), np.zeros(1), 0.0)
-    place = static_equilibrium(system.at(begin)[1][0].T, speed, load)
+    stiffness = system.stiffness.transposed(system.weights(begin)[1])
+    place = static_equilibrium(stiffness[0].T, speed, load)
     return np.concatenate((place, np.zeros(system.size)))
 
 
