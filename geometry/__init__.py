@@ -5,8 +5,20 @@ The rotation axis is z; bodies of revolution are drawn in the half-plane (z, r),
 
 from solidwhirl.geometry.errors import GeometryError
 from solidwhirl.geometry.feature_shapes import side_view
-from solidwhirl.geometry.feature_symmetry import common_sectors, mirror_angle
-from solidwhirl.geometry.features import Blade, Feature, Hole, Slot, sector_count
+from solidwhirl.geometry.feature_symmetry import mirror_angle
+from solidwhirl.geometry.features import (
+    Blade,
+    Feature,
+    Flat,
+    Hole,
+    Keyway,
+    Recess,
+    RingCut,
+    Slot,
+    offsets_rad,
+    places_rad,
+    sector_count,
+)
 from solidwhirl.geometry.mass_properties import (
     MassProperties,
     feature_mass_properties,
@@ -18,7 +30,7 @@ from solidwhirl.geometry.mass_properties import (
 from solidwhirl.geometry.materials import MATERIALS, Material
 from solidwhirl.geometry.meridian.fillet_merge import merge_fillets
 from solidwhirl.geometry.meridian.subdivision import Corner, Curve, Face, Subdivision, subdivide
-from solidwhirl.geometry.parts import PartLayout, has_stages, layout_of
+from solidwhirl.geometry.parts import PartLayout, Symmetry, layout_of, symmetry
 from solidwhirl.geometry.profile import Body, Coupling, Interface, InterfaceKind, RigidDisk, Section
 from solidwhirl.geometry.stages import (
     TABLE_7,
@@ -42,29 +54,34 @@ __all__ = [
     "Curve",
     "Face",
     "Feature",
+    "Flat",
     "GeometryError",
     "Hole",
     "Interface",
     "InterfaceKind",
+    "Keyway",
     "MassProperties",
     "Material",
     "PartLayout",
+    "Recess",
     "RigidDisk",
+    "RingCut",
     "Section",
     "Slot",
     "StageBlades",
     "StageGroup",
     "Subdivision",
+    "Symmetry",
     "Web",
-    "common_sectors",
     "feature_mass_properties",
     "feature_material",
-    "has_stages",
     "layout_of",
     "mass_by_material_kg",
     "mass_properties",
     "merge_fillets",
     "mirror_angle",
+    "offsets_rad",
+    "places_rad",
     "section_mass_properties",
     "sector_count",
     "side_view",
@@ -72,4 +89,5 @@ __all__ = [
     "stage_group_sections",
     "stage_values",
     "subdivide",
+    "symmetry",
 ]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solidwhirl.geometry.features import Blade, Feature, Hole, Slot
+from solidwhirl.geometry.features import Blade, Feature, Flat, Hole, Recess, RingCut, Slot
 from solidwhirl.geometry.profile import Section
 from solidwhirl.rotordyn.core.arrays import FloatArray
 
@@ -23,11 +23,10 @@ _NO_STAGGER = 1e-9
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
 class Volume:
-    """Hold the volume of all features of a set as rings: arrays of one shape, negative if cut."""
+    """Hold the volume of one feature of a set, whose middle is at θ = 0, as points."""
 
-    volume_m3: FloatArray
-    axial_m: FloatArray
-    square_radius_m2: FloatArray
+    volume_m3: FloatArray  #: (n,)
+    points_m: FloatArray  #: (n, 3) x, y, z
 
 
 def gauss_rule(count: int, start: float = 0.0, end: float = 1.0) -> tuple[FloatArray, FloatArray]:
@@ -91,6 +90,19 @@ def _plate_point(
     return y, dz
 
 
+def hole_range(hole: Hole, section: Section) -> tuple[float, float]:
+    """Axial range [m] of a hole: that of its section where it says none."""
+    start = section.start_m if hole.start_m is None else hole.start_m
+    return start, section.end_m if hole.end_m is None else hole.end_m
+
+
+def bottom_distance(recess: Recess, section: Section) -> float:
+    """Distance [m] of the bottom of a recess from the axis."""
+    if isinstance(recess, Flat):
+        return recess.distance_m
+    return largest_radius(section) - recess.depth_m
+
+
 def side_view(feature: Feature, section: Section) -> FloatArray:
     """Outline of a feature in the half-plane (z, r), seen along the circumference, (k, 2) [m].
 
@@ -98,12 +110,12 @@ def side_view(feature: Feature, section: Section) -> FloatArray:
     flat tip.
     """
     if isinstance(feature, Hole):
-        ends = np.array([section.start_m, section.end_m])
+        ends = np.array(hole_range(feature, section))
         low, high = feature.pitch_radius_m + 0.5 * feature.diameter_m * np.array([[-1.0], [1.0]])
         return _between(ends, np.broadcast_to(low, 2), np.broadcast_to(high, 2))
-    if isinstance(feature, Slot):
+    if not isinstance(feature, Blade):
         ends = np.array([feature.start_m, feature.end_m])
-        bottom = np.full(2, largest_radius(section) - feature.depth_m)
+        bottom = np.full(2, bottom_distance(feature, section))
         return _between(ends, bottom, surface_radius(section, ends))
     x = largest_radius(section) + feature.length_m * np.linspace(0.0, 1.0, _DRAWN)
     chord, thickness, stagger = blade_section(feature, section, x)
@@ -131,16 +143,31 @@ def angular_range(
     """
     if isinstance(feature, Blade):
         return _blade_angles(feature, section, axial_m, radius_m)
-    if isinstance(feature, Slot):
-        bottom = largest_radius(section) - feature.depth_m
-        half = np.minimum(
-            _arc_cosine(bottom / radius_m), np.arcsin(_unit(0.5 * feature.width_m / radius_m))
-        )
-    else:
+    if isinstance(feature, Hole):
         pitch = feature.pitch_radius_m
         square = radius_m**2 + pitch**2 - 0.25 * feature.diameter_m**2
         half = _arc_cosine(square / (2.0 * radius_m * pitch))
+    elif isinstance(feature, RingCut):
+        half = np.full(np.broadcast_shapes(axial_m.shape, radius_m.shape), _half_width(feature))
+    else:
+        half = _arc_cosine(bottom_distance(feature, section) / radius_m)
+        if isinstance(feature, Slot):
+            half = np.minimum(half, np.arcsin(_unit(_half_across(feature, axial_m) / radius_m)))
     return -half, half
+
+
+def _half_width(cut: RingCut) -> float:
+    """Angle [rad] between the middle of a cut and its walls."""
+    return 0.5 * math.radians(cut.width_deg)
+
+
+def _half_across(slot: Slot, axial_m: FloatArray) -> FloatArray:
+    """Half the width [m] of a slot at axial places; less in the half circles of round ends."""
+    half = 0.5 * slot.width_m
+    if slot.ends == "square":
+        return np.full(np.shape(axial_m), half)
+    beyond = np.maximum(slot.start_m + half - axial_m, axial_m - slot.end_m + half)
+    return np.asarray(np.sqrt(np.maximum(half**2 - np.maximum(beyond, 0.0) ** 2, 0.0)))
 
 
 def _arc_cosine(value: FloatArray) -> FloatArray:
@@ -176,36 +203,75 @@ def _blade_angles(
 
 
 def feature_volume(feature: Feature, section: Section) -> Volume:
-    """Volume of a set of features that fits its section, as it is drawn, by Gauss quadrature."""
+    """Volume of one feature that fits its section, as it is drawn, by Gauss quadrature."""
     if isinstance(feature, Blade):
         return _blade_volume(feature, section)
-    return _slot_volume(feature, section) if isinstance(feature, Slot) else _hole(feature, section)
+    if isinstance(feature, Hole):
+        return _hole_volume(feature, section)
+    if isinstance(feature, RingCut):
+        return _cut_volume(feature, section)
+    return _straight_volume(feature, section)
 
 
-def _hole(hole: Hole, section: Section) -> Volume:
-    """Cylinders: three places along the axis have their moments exactly."""
+def _volume(volume: FloatArray, x: FloatArray, y: FloatArray, z: FloatArray) -> Volume:
+    """Volume at places; arrays that broadcast together."""
+    volume, *places = np.broadcast_arrays(volume, x, y, z)
+    return Volume(volume_m3=volume.ravel(), points_m=np.stack(places, axis=-1).reshape(-1, 3))
+
+
+def _hole_volume(hole: Hole, section: Section) -> Volume:
+    """A cylinder: three places along the axis and four in the circle have its moments exactly."""
     radius = 0.5 * hole.diameter_m
-    axial, weights = gauss_rule(3, section.start_m, section.end_m)
-    return Volume(
-        volume_m3=-hole.count * math.pi * radius**2 * weights,
-        axial_m=axial,
-        square_radius_m2=np.full(3, hole.pitch_radius_m**2 + 0.5 * radius**2),
-    )
+    z, weights = gauss_rule(3, *hole_range(hole, section))
+    x, y = radius / math.sqrt(2.0) * np.array([[1.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, -1.0]])
+    volume = 0.25 * math.pi * radius**2 * weights
+    return _volume(volume, hole.pitch_radius_m + x[:, None], y[:, None], z)
 
 
-def _slot_volume(slot: Slot, section: Section) -> Volume:
-    y, weights_y = gauss_rule(_ACROSS, -0.5 * slot.width_m, 0.5 * slot.width_m)
-    z, weights_z = gauss_rule(_ALONG, slot.start_m, slot.end_m)
+def _cut_volume(cut: RingCut, section: Section) -> Volume:
+    """The points of a ring, as radii are linear along the axis, at angles of a Gauss rule."""
+    angle, weights = gauss_rule(_ACROSS, -_half_width(cut), _half_width(cut))
+    z, weights_z = gauss_rule(_ALONG, cut.start_m, cut.end_m)
+    share, weights_r = gauss_rule(_ALONG)
+    angle, z = angle[:, None, None], z[:, None]
+    bottom = bottom_distance(cut, section)
+    height = surface_radius(section, z) - bottom
+    r = bottom + height * share
+    volume = weights[:, None, None] * weights_z[:, None] * height * weights_r * r
+    return _volume(volume, r * np.cos(angle), r * np.sin(angle), z)
+
+
+def _straight_volume(recess: Slot | Flat, section: Section) -> Volume:
+    """Columns along x from the flat bottom to the surface.
+
+    Where the width ends in an arc, of round ends or of a flat's rim, y is the sine of an angle: the
+    ends are smooth functions of it.
+    """
+    sine, weights_t = gauss_rule(_ACROSS, -1.0, 1.0)
+    z, weights_z = gauss_rule(_ALONG, recess.start_m, recess.end_m)
     share, weights_x = gauss_rule(_ALONG)
-    y, z = y[:, None, None], z[:, None]
-    bottom = largest_radius(section) - slot.depth_m
+    sine, z = sine[:, None, None], z[:, None]
+    volume = weights_t[:, None, None] * weights_z[:, None]
+    bottom = bottom_distance(recess, section)
+    if isinstance(recess, Slot):
+        half: float | FloatArray = 0.5 * recess.width_m
+        if recess.ends == "round":
+            t = 0.5 * math.pi * sine
+            sine, cosine = np.sin(t), np.cos(t)
+            shorter = half * (1.0 - cosine)
+            length = recess.end_m - recess.start_m
+            middle = 0.5 * (recess.start_m + recess.end_m)
+            z = middle + (z - middle) * (1.0 - 2.0 * shorter / length)
+            volume = volume * 0.5 * math.pi * cosine * (1.0 - 2.0 * shorter / length)
+        y = half * sine
+    else:
+        surface = surface_radius(section, z)
+        reach = np.arccos(bottom / surface)
+        half = surface * reach * np.cos(reach * sine)
+        y = surface * np.sin(reach * sine)
     height = np.sqrt(surface_radius(section, z) ** 2 - y**2) - bottom
-    volume = weights_y[:, None, None] * weights_z[:, None] * height * weights_x
-    return Volume(
-        volume_m3=-slot.count * volume,
-        axial_m=np.broadcast_to(z, volume.shape),
-        square_radius_m2=(bottom + height * share) ** 2 + y**2,
-    )
+    volume = volume * half * height * weights_x
+    return _volume(volume, bottom + height * share, y, z)
 
 
 def _blade_volume(blade: Blade, section: Section) -> Volume:
@@ -219,8 +285,4 @@ def _blade_volume(blade: Blade, section: Section) -> Volume:
     chord, thickness, _ = blade_section(blade, section, x)
     y, dz = _plate_point(blade, section, x, along, across)
     weights = weights_s[:, None, None] * weights_t[:, None] * weights_x
-    return Volume(
-        volume_m3=blade.count * weights * height * chord * thickness,
-        axial_m=blade_place(blade, section) + dz,
-        square_radius_m2=x**2 + y**2,
-    )
+    return _volume(weights * height * chord * thickness, x, y, blade_place(blade, section) + dz)

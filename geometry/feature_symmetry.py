@@ -1,4 +1,4 @@
-"""Sectors and mirror planes that the features of a body have in common."""
+"""Mirror planes that the features of a body have in common."""
 
 from __future__ import annotations
 
@@ -6,28 +6,11 @@ import math
 
 import numpy as np
 
-from solidwhirl.geometry.errors import GeometryError
-from solidwhirl.geometry.features import FEWEST, Blade, sector_count
+from solidwhirl.geometry.features import Blade, sector_count
 from solidwhirl.geometry.profile import Body
 
 # Angles [rad] nearer than this are one: far below what a drawing says, far above round-off.
 _SAME = 1e-9
-
-
-def common_sectors(body: Body) -> int:
-    """Return the number of equal sectors of a body with features, 3 or more.
-
-    Raises GeometryError: no features, or counts whose greatest common divisor is 1 or 2. A sector
-    of such a body would be all or half of it, and says nothing of bending.
-    """
-    sectors = sector_count(body.features)
-    if sectors < FEWEST:
-        counts = ", ".join(f"{f.kind} '{f.name}' {f.count}" for f in body.features)
-        raise GeometryError(
-            f"the counts of the features have the greatest common divisor {sectors} ({counts}); it "
-            f"must be {FEWEST} or more, since one of that many equal sectors is what is meshed"
-        )
-    return sectors
 
 
 def mirror_angle(body: Body) -> float | None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from solidwhirl.geometry.feature_shapes import feature_volume, gauss_rule
-from solidwhirl.geometry.features import Blade, Feature
+from solidwhirl.geometry.features import Blade, Feature, offsets_rad
 from solidwhirl.geometry.materials import Material
 from solidwhirl.geometry.meridian.contact import refuse_overlaps
 from solidwhirl.geometry.meridian.fillets import Fillet
@@ -27,16 +27,25 @@ _ARC_NODES, _ARC_WEIGHTS = gauss_rule(24)
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
 class MassProperties:
-    """Hold mass, centre of gravity and inertia of a body that is symmetric about z."""
+    """Hold mass, centre of gravity and inertia of a body."""
 
     mass_kg: float
-    center_of_gravity_m: FloatArray  #: (3,) Centre of gravity (0, 0, z) [m], read-only
-    polar_inertia_kg_m2: float  #: Moment of inertia about z [kg m^2]
-    #: Moment of inertia about x or y through the centre of gravity [kg m^2]
-    diametral_inertia_kg_m2: float
+    center_of_gravity_m: FloatArray  #: (3,) Centre of gravity (x, y, z) [m], read-only
+    inertia_kg_m2: FloatArray  #: (3, 3) Inertia tensor about the centre [kg m^2], read-only
 
     def __post_init__(self) -> None:
         self.center_of_gravity_m.setflags(write=False)
+        self.inertia_kg_m2.setflags(write=False)
+
+    @property
+    def polar_inertia_kg_m2(self) -> float:
+        """Moment of inertia about the line through the centre of gravity along z."""
+        return float(self.inertia_kg_m2[2, 2])
+
+    @property
+    def diametral_inertia_kg_m2(self) -> float:
+        """Mean of the moments of inertia about x and y through the centre of gravity."""
+        return 0.5 * float(self.inertia_kg_m2[0, 0] + self.inertia_kg_m2[1, 1])
 
 
 def section_mass_properties(section: Section) -> MassProperties:
@@ -102,33 +111,81 @@ def feature_material(feature: Feature, section: Section) -> Material:
 
 
 def feature_mass_properties(feature: Feature, section: Section) -> MassProperties:
-    """Return the mass properties of all features of a set: rings, since they are 3 or more.
+    """Return the mass properties of all features of a set.
 
-    Those of holes and slots, which take away, have a negative mass.
+    Those of holes and recesses, which take away, have a negative mass.
     """
     found = feature_volume(feature, section)
-    return _gather(
-        mass=feature_material(feature, section).density_kg_per_m3 * found.volume_m3.ravel(),
-        axial=found.axial_m.ravel(),
-        square_radius=found.square_radius_m2.ravel(),
+    sign = 1.0 if isinstance(feature, Blade) else -1.0
+    mass = sign * feature_material(feature, section).density_kg_per_m3 * found.volume_m3
+    total = float(mass.sum())
+    centre = mass @ found.points_m / total
+    arms = found.points_m - centre
+    second = arms.T @ (mass[:, None] * arms)
+    height = np.array([0.0, 0.0, centre[2]])
+    second += total * np.outer(centre - height, centre - height)
+    return _repeated(total, centre, second, feature)
+
+
+def _repeated(
+    mass: float, centre: FloatArray, second: FloatArray, feature: Feature
+) -> MassProperties:
+    """Return the properties of all features of a set from those of the one at θ = 0.
+
+    `second`: ∫ρ x xᵀ dV (3, 3) about the axis, at the height of the centre. Equal turns leave only
+    some of the components: what they take is left out, so that round-off can't bring it back.
+    """
+    waves = np.exp(1j * offsets_rad(feature))
+    turn = np.exp(1j * math.radians(feature.angle_deg))
+    # x + iy goes round with the angle, its square twice as fast
+    first = complex(centre[0], centre[1]) * waves.mean() * turn
+    tilt = complex(second[0, 2], second[1, 2]) * waves.mean() * turn
+    across = complex(second[0, 0] - second[1, 1], 2.0 * second[0, 1])
+    across *= (waves**2).mean() * turn**2
+    if feature.count > 1:
+        first = tilt = 0.0j
+    if feature.count > 2:
+        across = 0.0j
+    polar = second[0, 0] + second[1, 1]
+    number = feature.count * len(waves)
+    spread = 0.5 * np.array(
+        [
+            [polar + across.real, across.imag, 2.0 * tilt.real],
+            [across.imag, polar - across.real, 2.0 * tilt.imag],
+            [2.0 * tilt.real, 2.0 * tilt.imag, 2.0 * second[2, 2]],
+        ]
     )
+    middle = np.array([first.real, first.imag, 0.0])
+    spread -= mass * np.outer(middle, middle)
+    return MassProperties(
+        mass_kg=number * mass,
+        center_of_gravity_m=middle + np.array([0.0, 0.0, centre[2]]),
+        inertia_kg_m2=number * _inertia(spread),
+    )
+
+
+def _inertia(second: FloatArray) -> FloatArray:
+    """Inertia tensor (3, 3) of the second moments ∫ρ x xᵀ dV."""
+    return np.asarray(np.trace(second) * np.eye(3) - second)
 
 
 def _combine(parts: Sequence[MassProperties]) -> MassProperties:
     """Return the mass properties of several parts, by the parallel axis theorem."""
     mass = math.fsum(part.mass_kg for part in parts)
-    axial = [float(part.center_of_gravity_m[2]) for part in parts]
-    centre = math.fsum(p.mass_kg * z for p, z in zip(parts, axial, strict=True)) / mass
-    diametral = math.fsum(
-        part.diametral_inertia_kg_m2 + part.mass_kg * (z - centre) ** 2
-        for part, z in zip(parts, axial, strict=True)
-    )
-    return MassProperties(
-        mass_kg=mass,
-        center_of_gravity_m=np.array([0.0, 0.0, centre]),
-        polar_inertia_kg_m2=math.fsum(part.polar_inertia_kg_m2 for part in parts),
-        diametral_inertia_kg_m2=diametral,
-    )
+    moments = [part.mass_kg * part.center_of_gravity_m for part in parts]
+    centre = _sum(moments) / mass
+    arms = [part.center_of_gravity_m - centre for part in parts]
+    shifted = [
+        part.inertia_kg_m2 + _inertia(part.mass_kg * np.outer(arm, arm))
+        for part, arm in zip(parts, arms, strict=True)
+    ]
+    return MassProperties(mass_kg=mass, center_of_gravity_m=centre, inertia_kg_m2=_sum(shifted))
+
+
+def _sum(arrays: Sequence[FloatArray]) -> FloatArray:
+    """Sum of arrays of one shape without rounding in between."""
+    columns = np.array(arrays).reshape(len(arrays), -1).T
+    return np.array([math.fsum(column) for column in columns]).reshape(arrays[0].shape)
 
 
 def _gather(mass: FloatArray, axial: FloatArray, square_radius: FloatArray) -> MassProperties:
@@ -136,11 +193,16 @@ def _gather(mass: FloatArray, axial: FloatArray, square_radius: FloatArray) -> M
     total = float(mass.sum())
     centre = float(mass @ axial) / total
     polar = float(mass @ square_radius)
+    diametral = 0.5 * polar + float(mass @ (axial - centre) ** 2)
+    return _round(total, centre, polar, diametral)
+
+
+def _round(mass: float, axial_m: float, polar: float, diametral: float) -> MassProperties:
+    """Return the properties of what is symmetric about z."""
     return MassProperties(
-        mass_kg=total,
-        center_of_gravity_m=np.array([0.0, 0.0, centre]),
-        polar_inertia_kg_m2=polar,
-        diametral_inertia_kg_m2=0.5 * polar + float(mass @ (axial - centre) ** 2),
+        mass_kg=mass,
+        center_of_gravity_m=np.array([0.0, 0.0, axial_m]),
+        inertia_kg_m2=np.diag([diametral, diametral, polar]),
     )
 
 
@@ -170,9 +232,9 @@ def fillet_mass_properties(fillet: Fillet, density_kg_per_m3: float) -> MassProp
 
 
 def _disk_mass_properties(disk: RigidDisk, master_m: float) -> MassProperties:
-    return MassProperties(
-        mass_kg=disk.mass_kg,
-        center_of_gravity_m=np.array([0.0, 0.0, master_m + disk.offset_m]),
-        polar_inertia_kg_m2=disk.polar_inertia_kg_m2,
-        diametral_inertia_kg_m2=disk.diametral_inertia_kg_m2,
+    return _round(
+        disk.mass_kg,
+        master_m + disk.offset_m,
+        disk.polar_inertia_kg_m2,
+        disk.diametral_inertia_kg_m2,
     )

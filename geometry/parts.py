@@ -1,4 +1,4 @@
-"""Drum and stages of a body whose features have no common sector.
+"""What symmetry the features of a body leave it, and its drum and stages where that differs.
 
 Sections that carry features are stages, with the sections of other features that they touch; all
 others are the drum, which joins them.
@@ -6,13 +6,16 @@ others are the drum, which joins them.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
+from typing import Literal
 
 from solidwhirl.geometry.errors import GeometryError
-from solidwhirl.geometry.features import FEWEST, Feature
+from solidwhirl.geometry.features import FEWEST, Feature, sector_count
 from solidwhirl.geometry.meridian.subdivision import Subdivision, subdivide
 from solidwhirl.geometry.profile import Body, Section
+
+#: How a body bends, see `symmetry`.
+Symmetry = Literal["round", "cyclic", "staged", "asymmetric"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,55 +28,73 @@ class PartLayout:
     counts: tuple[int, ...]  #: Sectors, by stage
 
 
-def has_stages(body: Body) -> bool:
-    """Whether the features of a body have no common sector, so that its stages are joined."""
-    return bool(body.features) and math.gcd(*(f.count for f in body.features)) < FEWEST
+def symmetry(body: Body) -> Symmetry:
+    """Return how a body bends: all that asks whether it has features, sectors or stages asks here.
+
+    "round": of revolution. "cyclic": its features have N >= 3 equal sectors. "staged": those of
+    every stage have, each a number of its own, so that stages are joined by a drum. "asymmetric":
+    none of these, as with one keyway or two flats; it bends unlike in two planes. Raises
+    GeometryError: an invalid body.
+    """
+    if not body.features:
+        return "round"
+    if sector_count(body.features) >= FEWEST:
+        return "cyclic"
+    if min(feature.count for feature in body.features) < FEWEST:
+        return "asymmetric"
+    stages = _stages(body, _groups(body))
+    staged = all(sector_count(features) >= FEWEST for _, features in stages)
+    return "staged" if staged else "asymmetric"
 
 
 def layout_of(body: Body) -> PartLayout:
-    """Return the drum and the stages of a body.
+    """Return the drum and the stages of a body whose symmetry is "staged".
 
-    Raises GeometryError: features of one stage have no common sector, nothing is left for the drum,
-    or the body has fillets.
+    Raises GeometryError: the body has fillets.
     """
     if body.fillet_radius_m:
         raise GeometryError(
             f"fillet_radius_m is {body.fillet_radius_m:g}; a body whose stages have different "
             "counts is joined of parts, without fillets: leave it out"
         )
+    groups = _groups(body)
+    stages = _stages(body, groups)
+    carrying = {feature.section for feature in body.features}
+    return PartLayout(
+        drum=tuple(own for own in groups if own[0].name not in carrying),
+        stages=tuple(own for own, _ in stages),
+        features=tuple(features for _, features in stages),
+        counts=tuple(sector_count(features) for _, features in stages),
+    )
+
+
+def _groups(body: Body) -> list[tuple[Section, ...]]:
+    """Sections that touch and all carry features, or all carry none."""
     subdivision = subdivide(replace(body, interfaces=(), rigid_disks=()))
     names = subdivision.section_names
-    carried = {name: [f for f in body.features if f.section == name] for name in names}
+    carrying = {feature.section for feature in body.features}
     group = {name: {name} for name in names}
     for first, second in _neighbours(subdivision):
         a, b = names[first], names[second]
-        if bool(carried[a]) == bool(carried[b]) and group[a] is not group[b]:
+        if (a in carrying) == (b in carrying) and group[a] is not group[b]:
             both = group[a] | group[b]
             group.update(dict.fromkeys(both, both))
-    pieces = list({id(own): own for own in group.values()}.values())
-    stages = [own for own in pieces if carried[next(iter(own))]]
-    features, counts = [], []
-    for own in stages:
-        found = tuple(f for f in body.features if f.section in own)
-        count = math.gcd(*(f.count for f in found))
-        if count < FEWEST:
-            listed = ", ".join(f"{f.kind} '{f.name}' {f.count}" for f in found)
-            raise GeometryError(
-                f"features of sections that touch have counts without a common divisor of {FEWEST} "
-                f"or more: {listed}; put a section without features between them"
-            )
-        features.append(found)
-        counts.append(count)
     by_name = {section.name: section for section in body.sections}
-    drum = [own for own in pieces if not carried[next(iter(own))]]
-    if not drum:
-        raise GeometryError("no section is without features; stages need a drum to be joined by")
-    return PartLayout(
-        drum=tuple(tuple(by_name[n] for n in names if n in own) for own in drum),
-        stages=tuple(tuple(by_name[n] for n in names if n in own) for own in stages),
-        features=tuple(features),
-        counts=tuple(counts),
-    )
+    pieces = {id(own): own for own in group.values()}.values()
+    return [tuple(by_name[n] for n in names if n in own) for own in pieces]
+
+
+def _stages(
+    body: Body, groups: list[tuple[Section, ...]]
+) -> list[tuple[tuple[Section, ...], tuple[Feature, ...]]]:
+    """Groups of sections that carry features, with these."""
+    found = []
+    for own in groups:
+        names = {section.name for section in own}
+        features = tuple(f for f in body.features if f.section in names)
+        if features:
+            found.append((own, features))
+    return found
 
 
 def _neighbours(subdivision: Subdivision) -> list[tuple[int, int]]:

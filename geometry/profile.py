@@ -198,7 +198,7 @@ class Body:
     rigid_disks: tuple[RigidDisk, ...] = ()
     #: Radius [m] of the fillet at every re-entrant corner of the outline; 0 for sharp corners
     fillet_radius_m: float = 0.0
-    #: Blades, holes and slots around the circumference; names unique, and those of no section
+    #: Blades, holes, ... around the circumference; names unique, and those of no section
     features: tuple[Feature, ...] = ()
 
     def __post_init__(self) -> None:

@@ -73,7 +73,8 @@ class MeshQuality:
 class Sector:
     """Which part of a solid a mesh is: copies of it, turned about z, make the whole."""
 
-    count: int  #: Equal sectors N of the whole, each of the angle 2π/N
+    #: Equal sectors N of the whole, each of the angle 2π/N; 1 and 2 on the way to the whole only
+    count: int
     #: Whether the mesh is half of a sector, 0 <= θ <= π/N, whose other half is its mirror image in
     #: the plane θ = 0. Otherwise it is a whole sector with two cut faces of any shape: nodes of the
     #: one, turned by 2π/N, are nodes of the other.
@@ -82,9 +83,9 @@ class Sector:
     angle_rad: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse sectors that bending can not be told by."""
-        if self.count < 3:
-            raise MeshingError(f"a sector of {self.count}; at least 3 are needed")
+        """Refuse no sectors."""
+        if self.count < 1:
+            raise MeshingError(f"a sector of {self.count}; at least 1 is needed")
 
     @property
     def copies(self) -> int:
@@ -124,7 +125,8 @@ class Mesh:
     section_names: tuple[str, ...]  #: Names of the profile's sections
     #: Name to (f, 3) or (f, 6) nodes of the facets of every interface
     interfaces: Mapping[str, IntArray]
-    #: (k,) nodes on the boundary of the meridian at θ = 0 (pictures are drawn from these)
+    #: (k,) nodes on the boundary of the meridian at θ = 0, of the whole of a body with features at
+    #: another angle (pictures are drawn from these)
     outline: IntArray
     size: MeshSize  #: What was asked
     quality: MeshQuality  #: What was got

@@ -15,10 +15,20 @@ from solidwhirl.geometry.feature_shapes import (
     blade_place,
     blade_root,
     blade_section,
+    bottom_distance,
+    hole_range,
     largest_radius,
     surface_radius,
 )
-from solidwhirl.geometry.features import Blade, Feature, Hole, Slot
+from solidwhirl.geometry.features import (
+    Blade,
+    Feature,
+    Hole,
+    Recess,
+    Slot,
+    offsets_rad,
+    places_rad,
+)
 from solidwhirl.geometry.meridian.fillets import Fillet
 from solidwhirl.geometry.meridian.snapping import Scale
 from solidwhirl.geometry.profile import Body, Section
@@ -49,8 +59,9 @@ def refuse_misfits(body: Body, fillets: Sequence[Fillet], scale: Scale) -> None:
     """Refuse features that do not fit.
 
     Blades stand on their section with the middle of the root, and reach into nothing else; holes
-    are open at both ends and leave rim and bore whole; slots are open towards the outside, and do
-    not reach the bore; nothing meets its neighbours. Touching, and a distance below
+    are open where they reach an end of their section and leave rim and bore whole; slots, keyways,
+    flats and cuts are open towards the outside, and do not reach the bore; nothing meets its
+    neighbours. Touching, and a distance below
     `scale.detail_m`, is meeting. Raises GeometryError naming the feature, what was found and what
     is allowed.
     """
@@ -69,10 +80,10 @@ def refuse_misfits(body: Body, fillets: Sequence[Fillet], scale: Scale) -> None:
     for item in placed:
         if isinstance(item.feature, Blade):
             _check_blade(item, item.feature)
-        elif isinstance(item.feature, Slot):
-            _check_slot(item, item.feature)
-        else:
+        elif isinstance(item.feature, Hole):
             _check_hole(item, item.feature)
+        else:
+            _check_recess(item, item.feature)
         _refuse_crowding(item)
     for first, second in combinations(placed, 2):
         _refuse_meeting(first, second)
@@ -101,57 +112,87 @@ def _check_hole(item: _Placed, hole: Hole) -> None:
             f"{item.where}: they reach from r = {low:.6g} m to {high:.6g} m, must stay clear of "
             f"bore and rim of section '{section.name}', r = {bore:.6g} m and {rim:.6g} m"
         )
-    for mouth in (section.start_m, section.end_m):
+    for mouth in _mouths(item, hole):
         for other in item.beside:
             off = max(other.start_m - mouth, mouth - other.end_m)
             inner, outer = _radii_at(other, np.array(mouth))
             if off > item.scale.tolerance_m or inner > high + detail or outer < low - detail:
                 continue
-            if not any(_continues(found, hole, other) for found in item.features):
+            if not any(_continues(f, item, hole, (other, mouth)) for f in item.features):
                 raise GeometryError(
                     f"{item.where}: '{other.name}' closes them at z = {mouth:.6g} m, where it "
                     f"reaches from r = {float(inner):.6g} m to {float(outer):.6g} m; holes are "
-                    "open at both ends: give it equal holes, or move them"
+                    "open where they leave their section: give it equal holes, or move them"
                 )
 
 
-def _continues(found: Feature, hole: Hole, section: Section) -> bool:
-    """Whether a feature is the same holes in another section."""
+def _mouths(item: _Placed, hole: Hole) -> list[float]:
+    """Ends of its section that a hole reaches; a blind one reaches one of them."""
+    section, tolerance = item.section, item.scale.tolerance_m
+    _check_axial_range(item, hole_range(hole, section))
+    ends = zip(hole_range(hole, section), (section.start_m, section.end_m), strict=True)
+    mouths = [end for own, end in ends if abs(own - end) <= tolerance]
+    if not mouths:
+        start, end = hole_range(hole, section)
+        raise GeometryError(
+            f"{item.where}: they reach from z = {start:.6g} m to {end:.6g} m and are closed at "
+            f"both ends; a hole begins at an end of section '{section.name}', z = "
+            f"{section.start_m:.6g} m or {section.end_m:.6g} m"
+        )
+    return mouths
+
+
+def _check_axial_range(item: _Placed, range_m: tuple[float, float]) -> None:
+    section, tolerance = item.section, item.scale.tolerance_m
+    if range_m[0] < section.start_m - tolerance or range_m[1] > section.end_m + tolerance:
+        raise GeometryError(
+            f"{item.where}: they reach from z = {range_m[0]:.6g} m to {range_m[1]:.6g} m, must "
+            f"stay within section '{section.name}', z = {section.start_m:.6g} m to "
+            f"{section.end_m:.6g} m"
+        )
+    if range_m[1] - range_m[0] < item.scale.detail_m:
+        raise GeometryError(
+            f"{item.where}: they end at z = {range_m[1]:.6g} m, where or before they start"
+        )
+
+
+def _continues(found: Feature, item: _Placed, hole: Hole, at: tuple[Section, float]) -> bool:
+    """Whether a feature is the same holes in another section, from the place z of a mouth on."""
+    section, mouth = at
     if not isinstance(found, Hole) or found.within != section.name or found.count != hole.count:
         return False
     pitch = 2.0 * math.pi / hole.count
     turn = math.radians(found.angle_deg - hole.angle_deg)
     same = math.isclose(found.pitch_radius_m, hole.pitch_radius_m, rel_tol=1e-9)
     same = same and math.isclose(found.diameter_m, hole.diameter_m, rel_tol=1e-9)
+    off = min(abs(end - mouth) for end in hole_range(found, section))
+    same = same and off <= item.scale.tolerance_m
     return same and abs(math.remainder(turn, pitch)) < _SAME_ANGLE
 
 
-def _check_slot(item: _Placed, slot: Slot) -> None:
+def _check_recess(item: _Placed, recess: Recess) -> None:
     section, tolerance, detail = item.section, item.scale.tolerance_m, item.scale.detail_m
-    if slot.start_m < section.start_m - tolerance or slot.end_m > section.end_m + tolerance:
-        raise GeometryError(
-            f"{item.where}: they reach from z = {slot.start_m:.6g} m to {slot.end_m:.6g} m, must "
-            f"stay within section '{section.name}', z = {section.start_m:.6g} m to "
-            f"{section.end_m:.6g} m"
-        )
-    z = np.linspace(slot.start_m, slot.end_m, _SAMPLES)
-    bottom = largest_radius(section) - slot.depth_m
+    _check_axial_range(item, (recess.start_m, recess.end_m))
+    z = np.linspace(recess.start_m, recess.end_m, _SAMPLES)
+    bottom = bottom_distance(recess, section)
     bore, surface = float(_radii_at(section, z)[0].max()), surface_radius(section, z)
     if bottom < bore + detail:
         raise GeometryError(
-            f"{item.where}: depth {slot.depth_m:.6g} m takes the bottom to r = {bottom:.6g} m, "
-            f"must leave it beyond the bore of section '{section.name}', r = {bore:.6g} m"
+            f"{item.where}: their bottom is at r = {bottom:.6g} m, must be beyond the bore of "
+            f"section '{section.name}', r = {bore:.6g} m"
         )
     lowest = float(surface.min())
-    edge = math.sqrt(max(lowest**2 - 0.25 * slot.width_m**2, 0.0))
+    half = 0.5 * recess.width_m if isinstance(recess, Slot) else 0.0
+    edge = math.sqrt(max(lowest**2 - half**2, 0.0))
     if edge < bottom + detail:
+        walls = " at their walls" if half else ""
         raise GeometryError(
             f"{item.where}: their bottom is {bottom:.6g} m from the axis, the surface of section "
-            f"'{section.name}' at their walls only {edge:.6g} m; slots are open towards the "
-            "outside all along: make them deeper, narrower or shorter"
+            f"'{section.name}'{walls} only {edge:.6g} m; they are open towards the outside all "
+            "along: make them deeper, narrower or shorter"
         )
     for other in item.beside:
-        start, end = max(other.start_m, slot.start_m), min(other.end_m, slot.end_m)
+        start, end = max(other.start_m, recess.start_m), min(other.end_m, recess.end_m)
         z = np.linspace(start, end, _SAMPLES)
         inner, outer = _radii_at(other, z)
         surface = surface_radius(section, z)
@@ -159,7 +200,7 @@ def _check_slot(item: _Placed, slot: Slot) -> None:
         if end - start > tolerance and covered.any():
             raise GeometryError(
                 f"{item.where}: '{other.name}' covers them at z = "
-                f"{float(z[np.argmax(covered)]):.6g} m; slots are open towards the outside"
+                f"{float(z[np.argmax(covered)]):.6g} m; they are open towards the outside"
             )
 
 
@@ -203,7 +244,8 @@ def _check_blade(item: _Placed, blade: Blade) -> None:
 def _refuse_crowding(item: _Placed) -> None:
     """Refuse features of one set that meet."""
     feature, section = item.feature, item.section
-    pitch = 2.0 * math.pi / feature.count
+    places = np.sort(places_rad(feature) % (2.0 * math.pi))
+    pitch = float(np.diff(places, append=places[0] + 2.0 * math.pi).min())
 
     def overlap(z_m: FloatArray, r_m: FloatArray) -> FloatArray:
         first, last = angular_range(feature, section, z_m, r_m)
@@ -215,7 +257,7 @@ def _refuse_crowding(item: _Placed) -> None:
     if found > -item.scale.detail_m:
         raise GeometryError(
             f"{item.where}: neighbours meet at z = {z:.6g} m, r = {r:.6g} m, where one takes "
-            f"{found + pitch * r:.6g} m of the circumference and {feature.count} of them leave "
+            f"{found + pitch * r:.6g} m of the circumference and {len(places)} of them leave "
             f"{pitch * r:.6g} m to each; allowed are fewer or smaller ones"
         )
 
@@ -223,8 +265,8 @@ def _refuse_crowding(item: _Placed) -> None:
 def _refuse_meeting(one: _Placed, other: _Placed) -> None:
     """Refuse features of two sets that meet.
 
-    Holes and slots are cut into their own sections, where two of them that meet at the ends go on
-    in each other.
+    All but blades are cut into their own sections, where two of them that meet at the ends go on in
+    each other.
     """
     blades = any(isinstance(item.feature, Blade) for item in (one, other))
     if not blades and one.section.name != other.section.name:
@@ -236,6 +278,7 @@ def _refuse_meeting(one: _Placed, other: _Placed) -> None:
         return
     pitch = 2.0 * math.pi / math.lcm(*(feature.count for feature, _ in pair))
     turn = math.radians(one.feature.angle_deg - other.feature.angle_deg)
+    turns = turn + np.subtract.outer(*(offsets_rad(feature) for feature, _ in pair)).ravel()
 
     def radii(z_m: FloatArray) -> tuple[FloatArray, FloatArray]:
         (low, high), (low_2, high_2) = (_radial_range(*item, z_m) for item in pair)
@@ -244,8 +287,8 @@ def _refuse_meeting(one: _Placed, other: _Placed) -> None:
     def overlap(z_m: FloatArray, r_m: FloatArray) -> FloatArray:
         (first, last), (first_2, last_2) = (angular_range(*item, z_m, r_m) for item in pair)
         # the middles are nearest to each other in one of the places that both counts allow
-        middles = turn + 0.5 * (first + last - first_2 - last_2)
-        nearest = np.abs((middles + 0.5 * pitch) % pitch - 0.5 * pitch)
+        middles = np.add.outer(turns, 0.5 * (first + last - first_2 - last_2))
+        nearest = np.abs((middles + 0.5 * pitch) % pitch - 0.5 * pitch).min(axis=0)
         widths = last - first, last_2 - first_2
         common = np.minimum(0.5 * (widths[0] + widths[1]) - nearest, np.minimum(*widths))
         return common * r_m
@@ -301,8 +344,8 @@ def _lowest(blade: Blade, section: Section) -> float:
 
 def _axial_range(feature: Feature, section: Section) -> tuple[float, float]:
     if isinstance(feature, Hole):
-        return section.start_m, section.end_m
-    if isinstance(feature, Slot):
+        return hole_range(feature, section)
+    if not isinstance(feature, Blade):
         return feature.start_m, feature.end_m
     half = max(axial for axial, _ in _half_widths(feature, section))
     place = blade_place(feature, section)
@@ -316,8 +359,8 @@ def _radial_range(
         middle, half = np.full_like(axial_m, feature.pitch_radius_m), 0.5 * feature.diameter_m
         return middle - half, middle + half
     surface = surface_radius(section, axial_m)
-    if isinstance(feature, Slot):
-        return np.full_like(axial_m, largest_radius(section) - feature.depth_m), surface
+    if not isinstance(feature, Blade):
+        return np.full_like(axial_m, bottom_distance(feature, section)), surface
     tip = largest_radius(section) + feature.length_m
     sideways = max(tangential for _, tangential in _half_widths(feature, section))
     return surface, np.full_like(surface, math.hypot(tip, sideways))

@@ -34,6 +34,8 @@ _MOST_SHOWN = 400
 _ON_AXIS = 1e-9
 # How exactly curves of a geometry lie on the planes of boxes, over the size of the body.
 _CUT_EXACTLY = 1e-6
+# Distance of a surface from its node, over its radius of gyration, that a tie can carry.
+_FARTHEST = 3.0
 # Spread of a surface across its length over that along it below which it is a line.
 _SMALLEST_SPREAD = 1e-9
 
@@ -180,9 +182,18 @@ def _round_faces(mesh: Mesh) -> IntArray:
     return np.asarray(faces.nodes[faces.outside | between])
 
 
+def is_round(mesh: Mesh) -> bool:
+    """Whether a whole mesh is near enough to a body of revolution to be taken as one."""
+    return _is_even(measures.roundness(mesh, _round_faces(mesh)))
+
+
+def _is_even(found: Roundness) -> bool:
+    return all(getattr(found, key) <= limit for key, limit in ROUNDNESS_LIMITS.items())
+
+
 def _refuse_uneven(name: str, found: Roundness) -> None:
     values = {key: float(getattr(found, key)) for key in ROUNDNESS_LIMITS}
-    if all(values[key] <= limit for key, limit in ROUNDNESS_LIMITS.items()):
+    if _is_even(found):
         return
     limits = ROUNDNESS_LIMITS
     reason = "it is no body of revolution about its axis"
@@ -195,11 +206,10 @@ def _refuse_uneven(name: str, found: Roundness) -> None:
         f"body {name!r} turns, but {reason}: static unbalance {values['static_unbalance']:.2g} of "
         f"the radius of gyration (allowed {limits['static_unbalance']:g}), uneven mass "
         f"{values['uneven_mass']:.2g} (allowed {limits['uneven_mass']:g}), surface off "
-        f"by {values['surface']:.2g} of its radius when turned (allowed {limits['surface']:g}). In "
-        "the inertial frame the matrices of such a body would change with its angle; if it "
-        "consists of 3 or more equal sectors, say how many (sectors), else leave blades and "
-        "details out of the mesh and give their mass as rigid_disks, or check axis.origin and "
-        "axis.direction. A body that stands still (speed_ratio = 0) may have any shape"
+        f"by {values['surface']:.2g} of its radius when turned (allowed {limits['surface']:g}). If "
+        "it consists of 3 or more equal sectors, say how many (sectors); if it is to bend unlike "
+        'in two planes, say symmetry = "none"; else leave blades and details out of the mesh and '
+        "give their mass as rigid_disks, or check axis.origin and axis.direction"
     )
 
 
@@ -230,12 +240,26 @@ def _placed(interface: MeshInterface, mesh: Mesh, request: MeshRequest) -> MeshI
             f"{where}: node_m is {list(interface.node)}; the nodes of a body that turns lie on its "
             "axis"
         )
+    if request.shape == "asymmetric":
+        _refuse_far(where, centre, float(np.sqrt(spread[1:].sum())))
     place = (0.0, 0.0, float(centre[2]))
     if interface.node == "centroid" and request.shape == "any":
         place = (float(centre[0]), float(centre[1]), float(centre[2]))
     elif not isinstance(interface.node, str):
         place = interface.node
     return replace(interface, position_m=place)
+
+
+def _refuse_far(where: str, centre: FloatArray, extent: float) -> None:
+    """A surface far from its node on the axis would be tied through nothing."""
+    away = float(np.hypot(centre[0], centre[1]))
+    if away > _FARTHEST * extent:
+        raise MeshingError(
+            f"{where}: its surface lies {away:.3g} m off the axis and extends over {extent:.3g} m "
+            f"(its radius of gyration; allowed is {_FARTHEST:g} times that): a tie to a node on "
+            "the axis would be an arm that is not there; take a surface about the axis, or check "
+            "axis.origin and axis.direction"
+        )
 
 
 def _refuse_uneven_interface(where: str, x: FloatArray, weight: FloatArray) -> None:

@@ -26,8 +26,8 @@ _THIN = 1e-6
 def mesh_joined(body: Body, size: MeshSize) -> Mesh:
     """Mesh the drum and one sector of every stage, with copies of the drum for further orders.
 
-    `body`: one that `has_stages`. Returned: `Mesh.parts` says what is what; points (x, y, z) [m].
-    Raises GeometryError: see `layout_of`, or an interface on both drum and stage. Raises
+    `body`: its symmetry is "staged". Returned: `Mesh.parts` says what is what; points (x, y, z)
+    [m]. Raises GeometryError: see `layout_of`, or an interface on both drum and stage. Raises
     MeshingError: what meshing a part raises.
     """
     layout = layout_of(body)

@@ -18,13 +18,21 @@ import numpy as np
 from solidwhirl.geometry import (
     Blade,
     Body,
+    Flat,
     Hole,
+    Recess,
+    Section,
+    Slot,
     Subdivision,
     merge_fillets,
     mirror_angle,
+    places_rad,
     sector_count,
     subdivide,
+    symmetry,
 )
+from solidwhirl.geometry.feature_shapes import bottom_distance, hole_range
+from solidwhirl.geometry.features import FEWEST
 from solidwhirl.meshing.own.drawing import face_bounds, face_edges, graded_places
 from solidwhirl.meshing.own.features.sizes import AROUND, edge_at_hole
 from solidwhirl.meshing.own.quality import doubled_areas
@@ -45,7 +53,7 @@ _PER_TETRAHEDRON, _PER_SURFACE = 1.0 / 5.6, 0.23
 _CHANGE = 0.7
 # Parts into which every edge of a triangle with local sizes is divided to add up its elements.
 _PARTS = 8
-# Points are in the first cut plane of a sector up to this part of its size.
+# Points are in a cut plane up to this part of the size.
 _IN_PLANE = 1e-9
 # No piece is divided more often: a corner 2^-40 as large as the body is no corner.
 _DIVISIONS = 40
@@ -93,7 +101,7 @@ class PredictedMesh:
 def predict_mesh(body: Body, size: MeshSize, kind: MeshKind) -> PredictedMesh:
     """Predict the numbers of a mesh: a meridian, revolved or not, within a factor 1.5.
 
-    `kind`: "solid" is a sector of a body with features, or the whole of one without. Raises
+    `kind`: "solid" is a sector of a body whose features have one, else the whole. Raises
     GeometryError: an invalid body.
 
     Where a section is thinner than its elements are long, the edges (triangles) of its outline
@@ -107,7 +115,7 @@ def predict_mesh(body: Body, size: MeshSize, kind: MeshKind) -> PredictedMesh:
         return meridian
     if kind == "revolved":
         return predict_revolved(meridian)
-    return _sector(body, size, (subdivision, places, bounds), meridian)
+    return _solid(body, size, (subdivision, places, bounds), meridian)
 
 
 def predict_revolved(meridian: PredictedMesh) -> PredictedMesh:
@@ -126,13 +134,14 @@ def predict_revolved(meridian: PredictedMesh) -> PredictedMesh:
     )
 
 
-def predict_refined(local: LocalSize) -> PredictedMesh:
-    """Predict the numbers of a meridian or sector mesh with local sizes, within a factor 1.5.
+def predict_refined(local: LocalSize, *, whole: bool = False) -> PredictedMesh:
+    """Predict the numbers of a mesh with local sizes, within a factor 1.5.
 
-    `local`: sizes that will be asked of the mesh.
+    `local`: sizes that will be asked of the mesh, of a meridian or a solid. `whole`: of a solid
+    that it is no sector, so that it has no cut faces.
     """
     if local.points.shape[1] == 3:
-        return _refined_sector(local)
+        return _refined_solid(local, whole)
     weights = _centroids()
     corners = local.points[local.cells]
     area = 0.5 * np.abs(doubled_areas(corners))
@@ -152,18 +161,22 @@ def predict_refined(local: LocalSize) -> PredictedMesh:
     )
 
 
-def _refined_sector(local: LocalSize) -> PredictedMesh:
+def _refined_solid(local: LocalSize, whole: bool) -> PredictedMesh:
     """Numbers of a mesh of tetrahedra with local sizes."""
     corners = local.points[local.cells]
     volume = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 6.0
     regular = _over_simplices(local, local.cells, volume, lambda h: 1.0 / (_TETRAHEDRON * h**3))
     facets = np.sort(local.cells[:, np.array(list(combinations(range(4), 3)))].reshape(-1, 3))
     facets, count = np.unique(facets, axis=0, return_counts=True)
-    outer = facets[count == 1]
-    size = np.abs(local.points).max()
-    cut = outer[(np.abs(local.points[outer, 1]) < _IN_PLANE * size).all(axis=1)]
-    surface, across = (_triangles(local, rows) for rows in (outer, cut))
+    outer, near = facets[count == 1], _IN_PLANE * np.abs(local.points).max()
+    surface = _triangles(local, outer)
+    if whole:
+        # parts that are laid together have elements on both sides of the planes between them
+        between = _triangles(local, _through_axis(local, facets[count == 2], near))
+        cells = _TETRAHEDRA * regular + _BY_SKIN * (surface + 2.0 * between)
+        return _tetrahedra(cells, surface, 0, None)
     cells = _TETRAHEDRA * regular + _BY_SKIN * surface
+    across = _triangles(local, outer[(np.abs(local.points[outer, 1]) < near).all(axis=1)])
     face = PredictedMesh(
         dimension=2,
         cells=round(across),
@@ -173,6 +186,15 @@ def _refined_sector(local: LocalSize) -> PredictedMesh:
         graded_places=0,
     )
     return _tetrahedra(cells, surface, 0, face)
+
+
+def _through_axis(local: LocalSize, facets: IntArray, near: float) -> IntArray:
+    """Facets in planes through the axis."""
+    x, y = (local.points[facets, k] for k in range(2))
+    first = np.hypot(x, y).argmax(axis=1)[:, None]
+    a, b = (np.take_along_axis(v, first, axis=1) for v in (x, y))
+    off = np.abs(a * y - b * x) / np.hypot(a, b)
+    return np.asarray(facets[(off < near).all(axis=1)])
 
 
 def _tetrahedra(
@@ -246,7 +268,7 @@ def _meridian(
     )
 
 
-def _sector(
+def _solid(
     body: Body,
     size: MeshSize,
     drawn: tuple[Subdivision, FloatArray, list[float]],
@@ -254,11 +276,12 @@ def _sector(
 ) -> PredictedMesh:
     """Tetrahedra of the swept faces and of blades, triangles of the surface, Euler's formula.
 
-    Without features it is the whole, of four quarters with two cut faces each. Slots are left out,
-    and what holes take away. `drawn`: subdivision, graded places and bounds of its faces.
+    What holes and recesses take away is left out. `drawn`: subdivision, graded places and bounds of
+    its faces.
     """
     subdivision, places, bounds = drawn
-    width = 2.0 * np.pi * _share_of_circle(body)
+    share, parts = _share_of_circle(body), _parts_of_whole(body)
+    width = 2.0 * np.pi * share
 
     def around(x: FloatArray, h: FloatArray) -> FloatArray:
         return np.asarray(width * x[:, 1] / (_TRIANGLE * h**2))
@@ -277,39 +300,49 @@ def _sector(
     curved = {c for c in outer if z[curves[c].start] != z[curves[c].end]}
     densities = [bent if c in curved else around for c in range(len(curves))]
     swept = _along_curves(subdivision, places, size.growth, bounds, densities)
-    volumes, skins = _of_features(body, size)
-    inside, cut = (0.0, 2.0) if body.features else (8.0, 0.0)
-    skins += cut * meridian.cells
-    walls = swept.sum() + skins + inside * meridian.cells
+    volumes, skins = (share * own for own in _of_features(body, size))
+    # cut faces: of one part they are surface, between those of a whole they are inside
+    skins += 0.0 if parts else 2.0 * meridian.cells
+    walls = swept.sum() + skins + 2.0 * parts * meridian.cells
     cells = _TETRAHEDRA * (regular + volumes) + _BY_SKIN * walls
     surface = sum(swept[c] for c in subdivision.boundary) + skins
-    cut_face = meridian if body.features else None
-    return _tetrahedra(cells, surface, len(places), cut_face)
+    return _tetrahedra(cells, surface, len(places), None if parts else meridian)
 
 
 def _share_of_circle(body: Body) -> float:
     """Part of the circle that a mesh holds."""
-    if not body.features:
+    if _parts_of_whole(body):
         return 1.0
     count = sector_count(body.features)
-    if count < 3:  # stages that are computed apart: each is about as large as the largest
+    if count < FEWEST:  # stages that are computed apart: each is about as large as the largest
         return 1.0 / min(f.count for f in body.features)
     return (0.5 if mirror_angle(body) is not None else 1.0) / count
 
 
+def _parts_of_whole(body: Body) -> int:
+    """Number of the parts that the mesh of a whole is laid together from; 0 of a sector."""
+    kind = symmetry(body)
+    if kind == "round":
+        return 4
+    if kind != "asymmetric":
+        return 0
+    return 2 * sector_count(body.features) if mirror_angle(body) is not None else 2
+
+
 def _of_features(body: Body, size: MeshSize) -> tuple[float, float]:
-    """Regular tetrahedra in blades, at their roots and about holes, triangles of their surfaces."""
-    share, volumes, skins = _share_of_circle(body), 0.0, 0.0
+    """Regular tetrahedra in blades, at roots, holes and recesses, triangles of their surfaces."""
+    sections, volumes, skins = {s.name: s for s in body.sections}, 0.0, 0.0
     for feature in body.features:
         if isinstance(feature, Blade):
             own = _of_blade(feature, size)
         elif isinstance(feature, Hole):
-            within = next(s for s in body.sections if s.name == feature.within)
-            own = _of_hole(feature, within.end_m - within.start_m, size)
+            start, end = hole_range(feature, sections[feature.within])
+            own = _of_hole(feature, end - start, size)
         else:
-            continue
-        volumes += share * feature.count * own[0]
-        skins += share * feature.count * own[1]
+            own = _of_recess(feature, sections[feature.within], size), 0.0
+        number = len(places_rad(feature))
+        volumes += number * own[0]
+        skins += number * own[1]
     return volumes, skins
 
 
@@ -331,6 +364,25 @@ def _of_hole(hole: Hole, depth_m: float, size: MeshSize) -> tuple[float, float]:
     # ∫ 2π ρ dρ / (e + g (ρ - R))³ from the wall on
     about = np.pi * (radius / edge**2 + 1.0 / (size.growth * edge)) / size.growth
     return depth_m * about / _TETRAHEDRON, 2.0 * np.pi * radius * depth_m / edge**2 / _TRIANGLE
+
+
+def _of_recess(recess: Recess, section: Section, size: MeshSize) -> float:
+    """Regular tetrahedra that the re-entrant edges of one recess add, in 3/4 of the circle."""
+    length = recess.end_m - recess.start_m
+    bottom, outer = bottom_distance(recess, section), max(section.outer_radius_m)
+    walls = sum((recess.start_m > section.start_m, recess.end_m < section.end_m))
+    if isinstance(recess, Flat):
+        edges = walls * 2.0 * np.sqrt(outer**2 - bottom**2)
+    else:
+        if isinstance(recess, Slot):
+            across = recess.width_m
+        else:
+            across = bottom * float(np.radians(recess.width_deg))
+        edges = 2.0 * length + walls * (across + 2.0 * recess.depth_m)
+    # 3/2 π ∫ [1 / (e + g ρ)³ - 1 / h³] ρ dρ along the edges, to where the sizes are equal
+    finer = (1.0 - size.corner_size_m / size.size_m) ** 3
+    along = 0.75 * np.pi * edges * finer / (size.growth**2 * size.corner_size_m)
+    return float(along / _TETRAHEDRON)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

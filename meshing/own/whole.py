@@ -73,7 +73,8 @@ def cut_partners(
 
     `points`: (n, 3) nodes of a sector of 2π/count. `within`: largest distance, as a part of the
     size, of a node from the turned one. Nodes on the axis are on neither list. Of a turn in the
-    other sense the faces change places.
+    other sense the faces change places. Half a turn takes each to the other: the first is where
+    x > 0.
     """
     scale = float(np.abs(points).max())
     off_axis = np.flatnonzero(np.hypot(points[:, 0], points[:, 1]) > within * scale)
@@ -81,6 +82,8 @@ def cut_partners(
         turned(points[off_axis], 2.0 * np.pi / count), distance_upper_bound=within * scale
     )
     first = np.flatnonzero(np.isfinite(gap))
+    if count == 2:
+        first = first[points[off_axis[first], 0] > 0.0]
     return off_axis[first], off_axis[partner[first]]
 
 
@@ -95,8 +98,9 @@ def _numbers(mesh: Mesh) -> tuple[IntArray, Origin]:
     same = every.copy()  # the first of equal nodes
     if mesh.sector.mirrored:
         angle = np.pi / count
-        off = y * np.cos(angle) - x * np.sin(angle)
-        first, last = np.abs(y) < near, np.abs(off) < near
+        off, along = y * np.cos(angle) - x * np.sin(angle), x * np.cos(angle) + y * np.sin(angle)
+        first = (np.abs(y) < near) & (x > -near)
+        last = (np.abs(off) < near) & (along > -near)
         same[:, 1, first] = every[:, 0, first]
         same[:, 1, last] = np.roll(every[:, 0, last], 1, axis=0)
     else:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from solidwhirl.geometry.features import FEWEST, sector_count
+from solidwhirl.geometry.parts import symmetry
 from solidwhirl.meshing import Mesh
 from solidwhirl.meshing.imported.records import AnyBody, MeshedBody
 from solidwhirl.reduction.operators.matrices import BodyOperators, OperatorEffects, build_operators
@@ -50,8 +50,7 @@ def shape_of(body: AnyBody) -> str:
     """Return what the reduction may assume of a solid, see `OperatorEffects.shape`."""
     if isinstance(body, MeshedBody):
         return body.request.shape
-    few = body.features and sector_count(body.features) < FEWEST
-    return "asymmetric" if few else "cyclic"
+    return "asymmetric" if symmetry(body) == "asymmetric" else "cyclic"
 
 
 def solved_orders(body: AnyBody, request: ReductionRequest) -> tuple[int | None, ...]:

@@ -26,6 +26,7 @@ from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, IntArray, Mat
 from solidwhirl.rotordyn.superelement.invariants import Invariant
 from solidwhirl.rotordyn.superelement.record import Coordinate, InterfaceNode, Superelement
 from solidwhirl.rotordyn.superelement.rigid_body import MassProperties
+from solidwhirl.rotordyn.superelement.validation import Frame
 
 _LATERAL = ("ux", "uy", "rx", "ry")
 _MATRICES = ("mass", "stiffness", "stress_stiffening", "spin_softening")
@@ -130,6 +131,7 @@ def build_superelement(
     blocks = [found.block for found in orders]
     flat = [c for b in blocks for c in b.coordinates]
     order = joined_order(body, blocks)
+    frame: Frame = "rotating" if shape_of(body) == "asymmetric" else "inertial"
 
     def joined(name: str) -> FloatArray:
         whole = scipy.linalg.block_diag(*[b.matrices[name] for b in blocks])
@@ -163,9 +165,9 @@ def build_superelement(
         frequency_error_estimate=np.empty(0),
         provenance=provenance,
         spin_generator=_joined_generator(blocks, order),
-        error_forms=joined_forms(blocks, [found.omitted for found in orders], order),
+        error_forms=joined_forms(blocks, [found.omitted for found in orders], order, frame),
         moments=joined_moments([found.moments for found in orders], order),
-        frame="rotating" if shape_of(body) == "asymmetric" else "inertial",
+        frame=frame,
     )
 
 

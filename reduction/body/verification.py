@@ -229,10 +229,7 @@ def meshed_part_properties(body: Body) -> MassProperties:
     """Mass properties in closed form of what is meshed of a body: without its rigid disks."""
     bare = replace(body, interfaces=(), rigid_disks=())
     exact = mass_properties(bare)
-    diametral, polar = exact.diametral_inertia_kg_m2, exact.polar_inertia_kg_m2
-    return MassProperties(
-        exact.mass_kg, np.array(exact.center_of_gravity_m), np.diag([diametral, diametral, polar])
-    )
+    return MassProperties(exact.mass_kg, exact.center_of_gravity_m, exact.inertia_kg_m2)
 
 
 def check_mass(body: Body, properties: MassProperties) -> Invariant:

@@ -335,6 +335,33 @@ def sector_matrices(
     return matrices
 
 
+def rotating_matrices(
+    space: Any,
+    kin: Kinematics,
+    parts: tuple[Any, Any],
+    dx: Any,
+    effects: OperatorEffects,
+    prestress: Any,
+    unknowns: Unknowns,
+) -> dict[str, Any]:
+    """Return the matrices of a whole solid in its own axes, as products with blocks.
+
+    Arguments as of `sector_matrices`.
+    """
+    stiffness, one = parts
+    matrices: dict[str, Any] = {
+        "stiffness": solid_matrices.SectorStiffness(unknowns=unknowns, matrix=stiffness)
+    }
+    for name, found in solid_matrices.rotating_products(unknowns, one).items():
+        asked = {"gyroscopic": effects.gyroscopic, "spin_softening": effects.centrifugal}
+        if asked.get(name, True):
+            matrices[name] = found
+    if prestress is not None:
+        stiffening = solid_matrices.component_stiffening(space, kin, prestress, dx)
+        matrices["stress_stiffening"] = solid_matrices.sector_componentwise(unknowns, stiffening)
+    return matrices
+
+
 def _assemble_solid(
     space: Any,
     kin: Kinematics,

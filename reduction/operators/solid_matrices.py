@@ -144,14 +144,14 @@ class SectorStiffness:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SectorOperator:
-    """Operator Tᴴ (C ⊗ A) T of a sector, with one component's matrix A.
+    """Operator Tᴴ (C ⊗ A) T of a sector or a whole solid, with one component's matrix A.
 
     As a product with blocks alone it costs a tenth of what the matrix of the unknowns û would.
     """
 
     unknowns: Unknowns
     component: Any  #: A, PETSc matrix of nodes
-    directions: ComplexArray  #: C, (3, 3)
+    directions: Matrix  #: C, (3, 3)
 
     def times(self, block: Matrix) -> Matrix:
         """Operator times every column."""
@@ -227,9 +227,22 @@ def sector_spin(unknowns: Unknowns, families: int, mass: Any) -> dict[str, Secto
     }
 
 
+def rotating_products(unknowns: Unknowns, mass: Any) -> dict[str, SectorOperator]:
+    """Return M, G = 2C and S of a whole solid in its own axes as products with blocks.
+
+    `mass`: of one component.
+    """
+    directions = {"mass": _ALL, "gyroscopic": 2.0 * _QUARTER, "spin_softening": _LATERAL}
+    return {
+        name: SectorOperator(unknowns=unknowns, component=mass, directions=own)
+        for name, own in directions.items()
+    }
+
+
 def sector_componentwise(unknowns: Unknowns, component: Any) -> SectorOperator:
     """Operator of a sector that acts on every component alike, as M and Kσ."""
-    return SectorOperator(unknowns=unknowns, component=component, directions=_ALL + 0j)
+    every = _ALL + 0j if unknowns.is_complex else _ALL
+    return SectorOperator(unknowns=unknowns, component=component, directions=every)
 
 
 def _skew_twice(matrix: Any) -> Any:

@@ -1,4 +1,4 @@
-"""Conjugate gradients for what the next element order adds to a sector."""
+"""Conjugate gradients for what the next element order adds to a solid."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class LineBlocks:
 
 
 def relaxation(finer: BodyOperators, free: Matrix, comm: Any) -> ConstrainedIteration:
-    """Prepare conjugate gradients for the surplus of a finer space of a sector.
+    """Prepare conjugate gradients for the surplus of a finer space of a solid.
 
     `free`: (local û, f) rigid motions that the interfaces leave free. The surplus is orthogonal to
     the space that has been solved in, so that its rate depends neither on the size of the elements
@@ -69,7 +69,10 @@ def _inverse(finer: BodyOperators) -> Any:
     """Inverse of the stiffness of the lines, and of its diagonal beside them."""
     unknowns = finer.coupling.unknowns
     width = 2 if unknowns.is_complex else 1
-    lines = unknowns.folded(_within(finer.stiffness.matrix, np.repeat(_lines(finer.space), 3)))
+    nodes = finer.space.dofmap.index_map.size_local
+    # a whole mesh has no lines
+    line = np.arange(nodes) if finer.rotating else _lines(finer.space)
+    lines = unknowns.folded(_within(finer.stiffness.matrix, np.repeat(line, 3)))
     indptr, columns, values = lines.getValuesCSR()
     start, end = lines.getOwnershipRange()
     rows = np.repeat(np.arange(end - start), np.diff(indptr))

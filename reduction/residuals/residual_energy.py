@@ -34,6 +34,7 @@ from solidwhirl.reduction.operators.matrices import (
     BodyOperators,
     assembled,
     meridian_matrices,
+    rotating_matrices,
     sector_matrices,
 )
 from solidwhirl.reduction.operators.solid_matrices import SectorStiffness, component_mass
@@ -44,6 +45,7 @@ from solidwhirl.reduction.solvers.constrained import ConstrainedFactor, factoris
 from solidwhirl.reduction.solvers.vectors import apply, inner, project, symmetric
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, IntArray, Matrix
 from solidwhirl.rotordyn.superelement.record import ErrorForm
+from solidwhirl.rotordyn.superelement.validation import Frame
 
 # Displacement r^α at the end of a rigid surface on a straight outline; at a re-entrant corner of
 # 270° the exponent is 0.5445 (Williams, J. Appl. Mech. 19 (1952) 526-528), so this covers both.
@@ -147,8 +149,8 @@ def mesh_energy(
 ) -> tuple[Omitted, FinerSpace]:
     """Energy that elements one order higher would take up, on the same mesh.
 
-    `operators`, `basis`: of one body and order, of a meridian or a sector. Returns energy: part
-    "mesh"; finer: for indicators of single elements.
+    `operators`, `basis`: of one body and order, of a meridian, a sector, or a whole solid in its own
+    axes. Returns energy: part "mesh"; finer: for indicators of single elements.
 
     The next order does not show the whole error. The energy of every element is multiplied by what
     it leaves out: `singular_factor` where the element touches a re-entrant corner or the end of a
@@ -157,7 +159,7 @@ def mesh_energy(
     degree = compat.polynomial_degree(operators.space) + 1
     finer = _finer_operators(operators, operators.ingredients.kinematics, degree, interfaces)
     solver: Solver
-    if operators.ingredients.kinematics.cyclic is None:
+    if operators.ingredients.kinematics.dimension == 2:
         solver, found = _factor(finer, basis.shift), 1.0
     else:
         free = _raised(operators, finer, basis.free)
@@ -320,7 +322,7 @@ def _weighted_stiffness(operators: BodyOperators, finer: BodyOperators, singular
     u, v = ufl.TrialFunction(finer.space), ufl.TestFunction(finer.space)
     dx = forms.measure(domain, kin, degree + 1)
     form = forms.stiffness_form(kin, given.matter, u, v, dx)
-    if given.kinematics.cyclic is None:
+    if given.kinematics.dimension == 2:
         return assembled(form, finer.coupling)
     return SectorStiffness(unknowns=finer.coupling.unknowns, matrix=assembled(form))
 
@@ -344,13 +346,21 @@ def _finer_operators(
     given = operators.ingredients
     matter = given.matter
     space = compat.vector_space(operators.space.mesh, degree, 3)
-    coupling = couple(space, kin, dict(given.facet_tags), interfaces, given.effects.components)
+    coupling = couple(
+        space,
+        kin,
+        dict(given.facet_tags),
+        interfaces,
+        given.effects.components,
+        given.effects.shape,
+    )
     prestress = None
     if given.effects.centrifugal:
-        around = kin if kin.harmonic == 0 or kin.cyclic else kinematics.harmonic(space.mesh, 0)
+        whole = kin.dimension == 3 or kin.harmonic == 0
+        around = kin if whole else kinematics.harmonic(space.mesh, 0)
         prestress = forms.stress(around, matter, given.centrifugal_field)
     dx = forms.measure(space.mesh, kin, degree)
-    if kin.cyclic is None:
+    if kin.dimension == 2:
         matrices = meridian_matrices(
             space, kin, matter, dx, given.effects, prestress, coupling.unknowns
         )
@@ -358,9 +368,8 @@ def _finer_operators(
         u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
         stiffness = assembled(forms.stiffness_form(kin, matter, u, v, dx))
         parts = (stiffness, component_mass(space, kin, matter, dx))
-        matrices = sector_matrices(
-            space, kin, parts, dx, given.effects, prestress, coupling.unknowns
-        )
+        made = rotating_matrices if operators.rotating else sector_matrices
+        matrices = made(space, kin, parts, dx, given.effects, prestress, coupling.unknowns)
     return replace(operators, coupling=coupling, space=space, **matrices)
 
 
@@ -387,22 +396,25 @@ def _interpolated(source_space: Any, target_space: Any, full: FloatArray) -> Flo
 
 
 _TERMS = 4  # K, M, G, Kσ - S
-# Of these, what a rigid motion feels nothing of: it strains nothing, and the prestress turns with
-# the body (K R = 0 and (Kσ - S) R = 0 of the full problem on any mesh).
-_OF_STRAIN = (0, 3)
+# Of these, what a rigid motion feels nothing of: it strains nothing, and in the inertial frame the
+# prestress turns with the body (K R = 0 and (Kσ - S) R = 0 of the full problem on any mesh).
+_OF_STRAIN = {"inertial": (0, 3), "rotating": (0,)}
 
 
 def joined_forms(
-    blocks: Sequence[ReducedBlock], omitted: Sequence[tuple[Omitted, ...]], order: IntArray
+    blocks: Sequence[ReducedBlock],
+    omitted: Sequence[tuple[Omitted, ...]],
+    order: IntArray,
+    frame: Frame,
 ) -> tuple[ErrorForm, ...]:
     """Error forms of a superelement.
 
     `omitted`: what every block leaves out, the same parts for all; () for none. `order`: order of
-    the superelement's coordinates among those of the stacked blocks.
+    the superelement's coordinates among those of the stacked blocks. `frame`: of its matrices.
     """
     out = []
     for parts in zip(*omitted, strict=True):
-        grams = [_of_block(part, block) for part, block in zip(parts, blocks, strict=True)]
+        grams = [_of_block(part, block, frame) for part, block in zip(parts, blocks, strict=True)]
         out.append(
             ErrorForm(
                 part=parts[0].part,
@@ -415,7 +427,7 @@ def joined_forms(
     return tuple(out)
 
 
-def _of_block(omitted: Omitted, block: ReducedBlock) -> FloatArray:
+def _of_block(omitted: Omitted, block: ReducedBlock, frame: Frame) -> FloatArray:
     """Gram matrix (4, n, 4, n) in the coordinates of a block.
 
     Two families have the terms K c, M c, 2i N c and (Kσ - S) c, c = q1 - i q2. Of motions that
@@ -436,7 +448,7 @@ def _of_block(omitted: Omitted, block: ReducedBlock) -> FloatArray:
     whole *= block.signs[:, None, None] * block.signs
     whole = whole[:, block.order][..., block.order]
     strain = straining_part(block.matrices["mass"], block.rigid)
-    for a in _OF_STRAIN:
+    for a in _OF_STRAIN[frame]:
         whole[a] = np.einsum("ki,kbj->ibj", strain, whole[a])
         whole[:, :, a] = whole[:, :, a] @ strain
     return np.asarray(whole)

@@ -34,7 +34,8 @@ def singular_nodes(
 ) -> BoolArray:
     """Return which vertices lie on a re-entrant edge or at the end of a rigid interface.
 
-    `domain`: of a meridian (edges are its corners) or of a sector, whose cyclic index is given.
+    `domain`: of a meridian (edges are its corners), of a sector, whose cyclic index is given, or of
+    a whole solid.
     """
     points, cells = compat.straight_cells(domain)
     rigid = [
@@ -45,10 +46,10 @@ def singular_nodes(
         for facets in rigid:
             singular[chain_ends(points, facets, _STRAIGHT)] = True
     else:
-        assert cyclic is not None
         singular = _reentrant_edges(points, cells)
+        cut = np.zeros(len(points), dtype=bool) if cyclic is None else _on_cut(points, cyclic)
         for facets in rigid:
-            singular |= _ends(points, facets, _on_cut(points, cyclic))
+            singular |= _ends(points, facets, cut)
     return np.asarray(singular)
 
 

@@ -6,7 +6,7 @@ motions and unstable ranges of speed by Hill's method, Floquet multipliers, run-
 
 from __future__ import annotations
 
-from solidwhirl.rotordyn.asymmetric.assembly import RotatingSystem, assemble_rotating
+from solidwhirl.rotordyn.asymmetric.assembly import RotatingSystem, assemble_rotating, at_rest
 from solidwhirl.rotordyn.asymmetric.floquet import floquet_multipliers
 from solidwhirl.rotordyn.asymmetric.growth import (
     FittedGrowth,
@@ -15,7 +15,7 @@ from solidwhirl.rotordyn.asymmetric.growth import (
     growth_end,
 )
 from solidwhirl.rotordyn.asymmetric.hill import hill_block
-from solidwhirl.rotordyn.asymmetric.instability import UnstableRange, unstable_ranges
+from solidwhirl.rotordyn.asymmetric.instability import UnstableRange, closed_by_damping, unstable_ranges
 from solidwhirl.rotordyn.asymmetric.periodic import Joint, PeriodicSystem, turning_body
 from solidwhirl.rotordyn.asymmetric.run_up import run_up_rotating
 
@@ -27,6 +27,7 @@ __all__ = [
     "RotatingSystem",
     "UnstableRange",
     "assemble_rotating",
+    "at_rest",
     "fitted_growth",
     "floquet_multipliers",
     "growth_end",

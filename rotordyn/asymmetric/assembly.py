@@ -151,6 +151,24 @@ def assemble_rotating(
     return replace(found, periodic=periodic)
 
 
+def at_rest(rotors: Mapping[str, Rotor]) -> dict[str, Rotor]:
+    """Return the bodies of an engine at rest and at the angle 0, as `assemble` takes them.
+
+    Forces of the spin are left out, and internal damping of asymmetric bodies.
+    """
+    out = {}
+    for name, rotor in rotors.items():
+        element = rotor.element
+        if element.frame == "rotating":
+            none = np.zeros_like(element.mass)
+            still = {"gyroscopic": none, "stress_stiffening": none, "spin_softening": none}
+            rotor = replace(
+                rotor, element=replace(element, frame="inertial", **still), internal_damping=None
+            )
+        out[name] = rotor
+    return out
+
+
 def _frame_ratio(system: System) -> float:
     """Speed ratio of the asymmetric bodies."""
     ratios = {n: r.speed_ratio for n, r in system.rotors.items() if r.element.frame == "rotating"}

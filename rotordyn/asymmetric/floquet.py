@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.asymmetric.periodic import PeriodicSystem
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, Matrix
 from solidwhirl.rotordyn.core.errors import AnalysisError
 
 # Steps of a period to begin with, for each radian of the fastest motion, and doublings at most.
 _FEWEST, _PER_RADIAN, _DOUBLINGS = 16, 0.25, 8
-# Gauss points of a step.
-_EARLY, _LATE = 0.5 - np.sqrt(3.0) / 6.0, 0.5 + np.sqrt(3.0) / 6.0
+#: Gauss points of a step.
+GAUSS = (0.5 - np.sqrt(3.0) / 6.0, 0.5 + np.sqrt(3.0) / 6.0)
 
 
 class Multipliers(NamedTuple):
@@ -31,18 +32,22 @@ class Multipliers(NamedTuple):
 
 
 def floquet_multipliers(
-    system: PeriodicSystem, speed_rad_s: float, tolerance: float = 1e-10
+    system: PeriodicSystem,
+    speed_rad_s: float,
+    tolerance: float = 1e-10,
+    basis: FloatArray | None = None,
 ) -> Multipliers:
     """Compute the multipliers of all motions by steps through one period.
 
     Magnus' method of fourth order (Iserles, Munthe-Kaas, Nørsett and Zanna 2000, Acta Numerica 9),
     with twice as many steps until the matrix of a period changes by less than `tolerance`. Nothing
-    of it is shared with Hill's method. Raises AnalysisError: speed 0, or no convergence.
+    of it is shared with Hill's method. `basis`: motions (n, r) that the system is held to; None
+    leaves it all. Raises AnalysisError: speed 0, or no convergence.
     """
     if not (np.isfinite(speed_rad_s) and speed_rad_s):
         raise AnalysisError(f"the speed is {speed_rad_s}; a period needs one other than 0")
     period = 2.0 * np.pi / (abs(speed_rad_s) * max(system.stride, 1))
-    inside = _State(system, speed_rad_s)
+    inside = _State(system, speed_rad_s, np.eye(system.size) if basis is None else basis)
     steps = max(_FEWEST, int(np.ceil(_PER_RADIAN * inside.fastest * period)))
     before = inside.over(period, steps)
     for _ in range(_DOUBLINGS):
@@ -59,41 +64,56 @@ def floquet_multipliers(
 
 
 class _State:
-    """z' = A(t) z of the scaled state (q, q' / s)."""
+    """z' = A(t) z of the scaled state (p, p' / s), q = B p."""
 
-    def __init__(self, system: PeriodicSystem, speed: float) -> None:
-        n, self._speed = system.size, speed
-        factor = la.cho_factor(system.mass)
+    def __init__(self, system: PeriodicSystem, speed: float, basis: FloatArray) -> None:
+        self._speed, size = speed, basis.shape[1]
+        factor = la.cho_factor(basis.T @ system.mass @ basis)
         velocity, stiffness = (
-            {h: la.cho_solve(factor, a) for h, a in terms.items()} for terms in system.at(speed)
+            {h: la.cho_solve(factor, basis.T @ a @ basis) for h, a in terms.items()}
+            for terms in system.at(speed)
         )
-        constant = stiffness.get(0, np.zeros((n, n)))
+        constant = stiffness.get(0, np.zeros((size, size)))
         self.fastest = float(max(np.sqrt(np.abs(la.eigvals(constant)).max()), abs(speed)))
-        self._parts = {}
-        for h in {0, *velocity, *stiffness}:
-            part = np.zeros((2 * n, 2 * n), dtype=float if h == 0 else complex)
-            if h in stiffness:
-                part[n:, :n] = -stiffness[h] / self.fastest
-            if h in velocity:
-                part[n:, n:] = -velocity[h]
-            self._parts[h] = part
-        self._parts[0][:n, n:] = self.fastest * np.eye(n)
-
-    def at(self, time: float) -> FloatArray:
-        """A(t): the parts of h and −h are conjugate."""
-        out = self._parts[0].copy()
-        for h, part in self._parts.items():
-            if h > 0:
-                out += 2.0 * (np.exp(1j * h * self._speed * time) * part).real
-        return out
+        self._parts = state_rates(velocity, stiffness, self.fastest)
+        self._parts[0][:size, size:] = self.fastest * np.eye(size)
 
     def over(self, period: float, steps: int) -> FloatArray:
         """The matrix of a period."""
         h = period / steps
         out = np.eye(len(self._parts[0]))
         for k in range(steps):
-            first, second = (self.at((k + part) * h) for part in (_EARLY, _LATE))
-            both = second @ first - first @ second
-            step = 0.5 * h * (first + second) + np.sqrt(3.0) / 12.0 * h**2 * both
-            out = la.expm(step) @ out
+            early, late = h * with_angle(self._parts, self._speed * h * (k + np.array(GAUSS)))
+            out = la.expm(magnus_exponent(early, late)) @ out
         return out
+
+
+def state_rates(
+    velocity: Mapping[int, Matrix], stiffness: Mapping[int, Matrix], scale: float
+) -> dict[int, Matrix]:
+    """Return the harmonics of what changes the scaled velocity q' / s by q and by itself."""
+    some = next(iter((*velocity.values(), *stiffness.values())))
+    n = len(some)
+    out: dict[int, Matrix] = {}
+    for h in {0, *velocity, *stiffness}:
+        part = out[h] = np.zeros((2 * n, 2 * n), dtype=float if h == 0 else complex)
+        if h in stiffness:
+            part[n:, :n] = -stiffness[h] / scale
+        if h in velocity:
+            part[n:, n:] = -velocity[h]
+    return out
+
+
+def with_angle(parts: Mapping[int, Matrix], angles: FloatArray) -> FloatArray:
+    """Return the sum of harmonics at angles (k,) of the body: those of h and −h are conjugate."""
+    out = np.repeat(parts[0][None], angles.size, axis=0)
+    for h, part in parts.items():
+        if h > 0:
+            out += 2.0 * np.tensordot(np.exp(1j * h * angles), part, axes=0).real
+    return np.asarray(out)
+
+
+def magnus_exponent(early: FloatArray, late: FloatArray) -> FloatArray:
+    """Return the exponent of a step from h A at its Gauss points, one or many (k, m, m)."""
+    both = late @ early - early @ late
+    return 0.5 * (early + late) + np.sqrt(3.0) / 12.0 * both

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -85,25 +86,40 @@ class Block:
     is_free: bool = False
     counted: Callable[[ComplexArray], BoolArray] = lambda right: np.ones(right.shape[1], dtype=bool)
 
+    def solve(self, speed_rad_s: float) -> BlockSpectral:
+        """Return all eigenvalues at a speed, see `solve`."""
+        return solve(self, speed_rad_s)
+
+    def with_slopes(self, spectral: BlockSpectral, side: Side) -> BlockSpectral:
+        """Return eigenvalues with their slopes over the speed, see `with_slopes`."""
+        return with_slopes(self, spectral, side)
+
+    def stretch_between(self, first: BlockSpectral, second: BlockSpectral) -> Stretch:
+        """Pair the eigenvalues of two speeds, see `stretch_between`."""
+        return stretch_between(self, first, second)
+
+    def alike(self, first: BlockSpectral, second: BlockSpectral) -> tuple[FloatArray, IntArray]:
+        """Return the MAC of all vectors at two speeds, and no strides, both (m, m)."""
+        mac = _alike(self, first, second)
+        return mac, np.zeros(mac.shape, dtype=int)
+
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
 class Spectral:
-    """Hold all eigenvalues of a block at one speed.
+    """Hold all eigenvalues of a system at one speed.
 
-    `values`: λ, shape (m,), m = 2n; exactly 0 for motions of free bodies. `slopes`: dλ/dΩ on one
-    side of the speed, shape (m,). `right`, `left`: vectors x (n, m) and y (m, n), y_i [(λ_i + λ_j)
-    M + V] x_j = 1 for i = j, 0 else. `tolerance`: real parts below this are neutral: rounding, or
-    growth too slow to be seen; shape (m,). `coefficients`: v and K there. `counted`: as of `Block`.
+    `values`: λ, shape (m,); exactly 0 for motions of free bodies. `slopes`: dλ/dΩ on one side of
+    the speed, shape (m,). `tolerance`: real parts below this are neutral: rounding, or growth too
+    slow to be seen; shape (m,). `counted`: those that are motions of the machine, shape (m,).
+    `stride`: λ and λ + i stride Ω are the same motion; 0 where each is one of its own.
     """
 
     speed_rad_s: float
     values: ComplexArray
     slopes: ComplexArray
-    right: ComplexArray
-    left: ComplexArray
     tolerance: FloatArray
-    coefficients: Coefficients
     counted: BoolArray
+    stride: int = 0
 
     @property
     def excess(self) -> FloatArray:
@@ -119,6 +135,26 @@ class Spectral:
     def grows(self) -> bool:
         """Whether any motion grows."""
         return bool((self.excess > 0).any())
+
+    def nearest(self, value: complex) -> complex:
+        """Return the eigenvalue that counts nearest to a value, by whole strides if there are."""
+        own, beat = self.own, self.stride * self.speed_rad_s
+        if beat:
+            own = own + 1j * beat * np.round((value - own).imag / beat)
+        return complex(own[np.abs(own - value).argmin()])
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class BlockSpectral(Spectral):
+    """Hold all m = 2n eigenvalues of a block at one speed, and their vectors.
+
+    `right`, `left`: vectors x (n, m) and y (m, n), y_i [(λ_i + λ_j) M + V] x_j = 1 for i = j, 0
+    else. `coefficients`: V and K there.
+    """
+
+    right: ComplexArray
+    left: ComplexArray
+    coefficients: Coefficients
 
 
 def blocks_of(assembled: AssembledSystem, speed_low: float, speed_high: float) -> list[Block]:
@@ -205,7 +241,7 @@ def prepared(block: Block, body_rate: float, low: float, high: float) -> Block:
     return replace(block, shift=float(max(_SLOW * seen.min(), _SLOWEST * seen.max())))
 
 
-def solve(block: Block, speed_rad_s: float) -> Spectral:
+def solve(block: Block, speed_rad_s: float) -> BlockSpectral:
     """Return all eigenvalues of a block at a speed; slopes are zero until they are asked for.
 
     λ = s + 1/μ with a real shift s near the slowest motion, so that slow motions keep their
@@ -231,7 +267,7 @@ def solve(block: Block, speed_rad_s: float) -> Spectral:
     problem = (block.mass, found.velocity, found.stiffness)
     roots, alive = sharpened(problem, Roots(values, right, left, tolerance))
     values, left, tolerance = roots.values, roots.left, roots.tolerance
-    return Spectral(
+    return BlockSpectral(
         speed_rad_s=speed_rad_s,
         values=values,
         slopes=np.zeros_like(values),
@@ -290,7 +326,7 @@ def _congruent(lower: Matrix, matrix: Matrix) -> Matrix:
     return np.asarray(la.solve_triangular(lower, inner.conj().T, lower=True).conj().T)
 
 
-def with_slopes(block: Block, spectral: Spectral, side: Side) -> Spectral:
+def with_slopes(block: Block, spectral: BlockSpectral, side: Side) -> BlockSpectral:
     """Return eigenvalues with their slopes over the speed.
 
     `side`: at a corner of a speed law slopes jump: "above" the speed or "below" it. Equal
@@ -322,16 +358,22 @@ def _moved(change: Coefficients, right: ComplexArray, rates: ComplexArray) -> Co
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
 class Stretch:
-    """Hold the paths of all eigenvalues of a block between two speeds.
+    """Hold the paths of all eigenvalues of a system between two speeds.
 
     `first`, `second`: eigenvalues at both ends with slopes towards the inside; `partner`: index in
     `second` of each value of `first`, shape (m,); `mac`: MAC of their vectors, 0 to 1, shape (m,).
+    `lifted`: strides by which each path is above its value of `second`, shape (m,). `couplings`:
+    for a number s of strides W_ij W_ji at both ends, each (m, m) in the order of `first`, where W
+    in 1/s is what the change of the matrices over the stretch couples the motions by, whose λ_i and
+    λ_j + i s stride Ω may meet.
     """
 
     first: Spectral
     second: Spectral
     partner: IntArray
     mac: FloatArray
+    lifted: IntArray
+    couplings: Callable[[int], tuple[ComplexArray, ComplexArray]]
 
     @property
     def width(self) -> float:
@@ -346,7 +388,8 @@ class Stretch:
     @property
     def end_values(self) -> ComplexArray:
         """λ at the second speed in the order of the first, shape (m,)."""
-        return np.asarray(self.second.values[self.partner])
+        rise = self.second.stride * self.lifted
+        return np.asarray(self.second.values[self.partner] + 1j * rise * self.second.speed_rad_s)
 
     def slopes(self) -> tuple[ComplexArray, ComplexArray]:
         """Return the change over the width at the slopes of both ends, each (m,).
@@ -355,7 +398,8 @@ class Stretch:
         """
         change = self.end_values - self.first.values
         start = np.where(self.first.values == 0, change, self.width * self.first.slopes)
-        end = self.width * self.second.slopes[self.partner]
+        rise = self.second.stride * self.lifted
+        end = self.width * (self.second.slopes[self.partner] + 1j * rise)
         return start, np.where(self.end_values == 0, change, end)
 
     def paths(self, parts: FloatArray) -> ComplexArray:
@@ -375,43 +419,62 @@ class Stretch:
         change = self.end_values - self.first.values
         return np.array([change - slope for slope in self.slopes()])
 
-    def couplings(self) -> tuple[ComplexArray, ComplexArray]:
-        """Return W_ij W_ji at both ends, each (m, m) in the order of the first.
 
-        W is the change of V and K over the stretch in the vectors of one end: what couples each
-        two modes, in 1/s.
-        """
-        start, end = self.first, self.second
-        change = Coefficients(
-            end.coefficients.velocity - start.coefficients.velocity,
-            end.coefficients.stiffness - start.coefficients.stiffness,
-        )
-        found = []
-        for place in (start, end):
-            w = place.left @ _moved(change, place.right, place.values)
-            found.append(w * w.T)
-        return found[0], found[1][np.ix_(self.partner, self.partner)]
-
-
-def stretch_between(block: Block, first: Spectral, second: Spectral) -> Stretch:
+def stretch_between(block: Block, first: BlockSpectral, second: BlockSpectral) -> Stretch:
     """Pair the eigenvalues of two speeds by the MAC of their vectors.
 
     `first`, `second`: its eigenvalues at two speeds, rising, with slopes. All values are paired.
     The MAC is the product of y1 E x2 and y2 E x1, which is one for the same mode and does not
     depend on how vectors are scaled; of equal ones the nearer in value are paired.
     """
+    mac = _alike(block, first, second)
+    partner = paired(first, second, mac, np.zeros(mac.shape))
+    alike = mac[np.arange(partner.size), partner]
+    # motions of free bodies have no vectors to compare
+    alike = np.where((first.values == 0) | (second.values[partner] == 0), 1.0, alike)
+    return Stretch(
+        first=first,
+        second=second,
+        partner=partner,
+        mac=alike,
+        lifted=np.zeros_like(partner),
+        couplings=partial(_couplings, first, second, partner),
+    )
+
+
+def _alike(block: Block, first: BlockSpectral, second: BlockSpectral) -> FloatArray:
     middle = 0.5 * (first.coefficients.velocity + second.coefficients.velocity)
     sums = np.add.outer(first.values, second.values)
     there = sums * (first.left @ block.mass @ second.right) + first.left @ middle @ second.right
     back = sums.T * (second.left @ block.mass @ first.right) + second.left @ middle @ first.right
-    mac = np.minimum(np.abs(there * back.T), 1.0)
+    return np.asarray(np.minimum(np.abs(there * back.T), 1.0))
+
+
+def paired(first: Spectral, second: Spectral, mac: FloatArray, lifts: Matrix) -> IntArray:
+    """Return the partner in the second of each value of the first by the MAC, shape (m,).
+
+    `mac`: shape (m, m); of equal ones the nearer in value are paired, those of `second` being
+    `lifts` (m, m) strides higher.
+    """
     half = 0.5 * (second.speed_rad_s - first.speed_rad_s)
-    ahead, behind = first.values + half * first.slopes, second.values - half * second.slopes
-    size = np.add.outer(np.abs(first.values), np.abs(second.values)) + np.finfo(float).tiny
-    distance = np.abs(np.subtract.outer(ahead, behind)) / size
-    distance = distance + np.abs(np.subtract.outer(first.values, second.values)) / size
-    _, partner = linear_sum_assignment(_NEARNESS * np.minimum(distance, 1.0) - mac)
-    alike = mac[np.arange(partner.size), partner]
-    # motions of free bodies have no vectors to compare
-    alike = np.where((first.values == 0) | (second.values[partner] == 0), 1.0, alike)
-    return Stretch(first=first, second=second, partner=partner, mac=alike)
+    rise = 1j * second.stride * lifts
+    ends = second.values + rise * second.speed_rad_s
+    ahead, behind = first.values + half * first.slopes, ends - half * (second.slopes + rise)
+    size = np.abs(first.values)[:, None] + np.abs(ends) + np.finfo(float).tiny
+    distance = np.abs(ahead[:, None] - behind) + np.abs(first.values[:, None] - ends)
+    _, partner = linear_sum_assignment(_NEARNESS * np.minimum(distance / size, 1.0) - mac)
+    return np.asarray(partner)
+
+
+def _couplings(
+    first: BlockSpectral, second: BlockSpectral, partner: IntArray, _: int
+) -> tuple[ComplexArray, ComplexArray]:
+    change = Coefficients(
+        second.coefficients.velocity - first.coefficients.velocity,
+        second.coefficients.stiffness - first.coefficients.stiffness,
+    )
+    found = []
+    for place in (first, second):
+        w = place.left @ _moved(change, place.right, place.values)
+        found.append(w * w.T)
+    return found[0], found[1][np.ix_(partner, partner)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Generic, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
@@ -12,22 +12,15 @@ from scipy.optimize import brentq, minimize_scalar
 from solidwhirl.rotordyn.assembly.system import Side
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
 from solidwhirl.rotordyn.modes.damping import ROUNDING
-from solidwhirl.rotordyn.stability.eigenvalue_paths import (
-    Block,
-    Spectral,
-    Stretch,
-    solve,
-    stretch_between,
-    with_slopes,
-)
+from solidwhirl.rotordyn.stability.eigenvalue_paths import Spectral, Stretch
 
 # Pieces the range is cut into at least; segments of speed laws are never joined.
 _PIECES = 12
 # No piece is halved below this fraction of the range; nor cut beside a meeting below that one.
 _FLOOR = 1e-6
 _MEETING_FLOOR = 1e-10
-# Relative accuracy of an end.
-_ACCURACY = 1e-13
+# Accuracy of an end, relative or as a part of the narrowest window that is looked for.
+_ACCURACY, _OF_NARROWEST = 1e-13, 0.025
 # What grows at an end of a window is looked up inside, at these parts of it.
 _INSIDE = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
 # The growth left at a root may be this fraction of that at the ends.
@@ -46,12 +39,32 @@ _UNSEEN = 0.5
 _SEEN = 0.05
 # Modes less alike than this are not known to be the same.
 _UNLIKE = 0.5
+# Only modes that are more alike are one that grows from one speed to the other.
+_ONE = 0.9
 # A root is taken where the error is below this share of the change of growth.
 _CLEAR = 0.25
 # Frequencies that meet count as looked at from this share of the width of the meeting.
 _NEAR = 0.25
+# What two modes drive may be wider than it looks from afar: by the inverse of this.
+_SURE = 0.1
 # Growth that a meeting may add for every 1/s of coupling, whatever its phase is found to be.
 _PHASE = 0.2
+
+
+S = TypeVar("S", bound=Spectral)
+
+
+class Motions(Protocol[S]):
+    """What is followed over the speed: a block of a system, or the motions of a periodic one."""
+
+    def solve(self, speed_rad_s: float) -> S:
+        """Return all eigenvalues at a speed; slopes are zero until they are asked for."""
+
+    def with_slopes(self, spectral: S, side: Side) -> S:
+        """Return eigenvalues with their slopes over the speed on one side of it."""
+
+    def stretch_between(self, first: S, second: S) -> Stretch:
+        """Pair the eigenvalues of two speeds, rising, with slopes."""
 
 
 class Window(NamedTuple):
@@ -70,69 +83,84 @@ class Window(NamedTuple):
     top_speed: float
 
 
-class _Piece(NamedTuple):
+class Piece(NamedTuple):
+    """A range of speeds in which something grows throughout, or nowhere."""
+
     low: float
     high: float
     grows: bool
 
 
 def unstable_windows(
-    block: Block,
+    motions: Motions[S],
     knots_rad_s: Iterable[float],
     speed_low: float,
     speed_high: float,
-    narrowest: float = 0.0,
 ) -> list[Window]:
-    """Find every range of speeds in which a block has an eigenvalue that grows.
+    """Find every range of speeds in which some motion grows.
 
     `knots_rad_s`: speeds at which a law has a knot: slopes jump there. `speed_low`, `speed_high`:
-    range searched, rad/s, low < high. `narrowest`: two modes that meet are not followed up where
-    what they drive is narrower, rad/s. Returns rising; those that touch are one.
+    range searched, rad/s, low < high. Returns rising; those that touch are one.
     """
-    return _Search(block, knots_rad_s, speed_low, speed_high, narrowest).windows()
+    return Search(motions, knots_rad_s, speed_low, speed_high).windows()
 
 
-class _Search:
-    """Follow all eigenvalues of a block, solving once at each speed."""
+class Search(Generic[S]):
+    """Follow all eigenvalues, solving once at each speed.
+
+    `narrowest`: two modes that meet are not followed up where what they drive is narrower, rad/s,
+    and pieces are found to a part of it only.
+    """
 
     def __init__(
         self,
-        block: Block,
+        motions: Motions[S],
         knots: Iterable[float],
         speed_low: float,
         speed_high: float,
-        narrowest: float,
+        narrowest: float = 0.0,
     ) -> None:
-        self.block, self.narrowest = block, narrowest
+        self.motions, self.narrowest = motions, narrowest
         self.low, self.high = speed_low, speed_high
         inside = {0.0, *knots, *(-k for k in knots)}
         self.corners = sorted(
             {speed_low, speed_high, *(k for k in inside if speed_low < k < speed_high)}
         )
-        self._known: dict[float, Spectral] = {}
+        self._known: dict[float, S] = {}
 
-    def at(self, speed: float) -> Spectral:
+    def at(self, speed: float) -> S:
         """Return the eigenvalues at a speed, solved once."""
         if speed not in self._known:
-            self._known[speed] = solve(self.block, speed)
+            self._known[speed] = self.motions.solve(speed)
         return self._known[speed]
 
     def stretch(self, low: float, high: float) -> Stretch:
         """Return the paths between two speeds of one segment."""
-        first = with_slopes(self.block, self.at(low), "above")
-        return stretch_between(self.block, first, with_slopes(self.block, self.at(high), "below"))
+        first = self.motions.with_slopes(self.at(low), "above")
+        second = self.motions.with_slopes(self.at(high), "below")
+        return self.motions.stretch_between(first, second)
 
     def windows(self) -> list[Window]:
         """Return all windows."""
+        return [self._window(piece) for piece in self.pieces()]
+
+    def ends_inside(self, piece: Piece) -> tuple[bool, bool]:
+        """Return whether growth begins and ends at the ends of a piece, or the search does."""
+        opens = piece.low > self.low or not self.at(self.low).grows
+        closes = piece.high < self.high or not self.at(self.high).grows
+        return opens, closes
+
+    def pieces(self) -> list[Piece]:
+        """Return all pieces that grow."""
         widest = (self.high - self.low) / _PIECES
-        pieces: list[_Piece] = []
+        pieces: list[Piece] = []
         for start, stop in pairwise(self.corners):
             count = int(np.ceil((stop - start) / widest - 1e-9))
             for low, high in pairwise(np.linspace(start, stop, max(count, 1) + 1).tolist()):
                 pieces += self._looked(self.stretch(low, high), None)
-        return [self._window(piece) for piece in _joined(pieces) if piece.grows]
+        return [piece for piece in _joined(pieces) if piece.grows]
 
-    def _looked(self, stretch: Stretch, seen: FloatArray | None) -> list[_Piece]:
+    def _looked(self, stretch: Stretch, seen: FloatArray | None) -> list[Piece]:
         """Return the pieces of a stretch; `seen` is the error of each path in its middle."""
         low, high = stretch.first.speed_rad_s, stretch.second.speed_rad_s
         error = _error(stretch, seen)
@@ -141,23 +169,23 @@ class _Search:
         excess = grid.real - np.where(np.isfinite(tolerance), tolerance, 0.0)[:, None]
         excess[~stretch.counted] = -np.inf
         # two modes that grow at either end need not be one that grows in between
-        known = np.where(stretch.mac < _UNLIKE, _error(stretch, None), error)
+        known = np.where(stretch.mac < _ONE, np.inf, error)
         throughout = stretch.first.counted & stretch.second.counted[stretch.partner]
         if ((excess.min(axis=1) > known) & throughout).any():
-            return [_Piece(low, high, True)]
-        narrow = high - low <= _FLOOR * (self.high - self.low)
+            return [Piece(low, high, True)]
+        narrow = high - low <= max(_FLOOR * (self.high - self.low), 0.2 * self.narrowest)
         doubtful = excess.max(axis=1) + error > 0
-        place = _meeting(stretch, grid, tolerance, self.narrowest)
+        place = _meeting(stretch, grid, tolerance, _SURE * self.narrowest)
         room = min(place, 1.0 - place) * (high - low) > _MEETING_FLOOR * (self.high - self.low)
         if not (np.isfinite(place) and room):
             if not doubtful.any():
-                return [_Piece(low, high, False)]
+                return [Piece(low, high, False)]
             if narrow or _crosses_once(excess[doubtful], error[doubtful]):
                 return self._bracketed(stretch, np.flatnonzero(doubtful))
             place = 0.5
         return self._cut(stretch, place)
 
-    def _cut(self, stretch: Stretch, place: float) -> list[_Piece]:
+    def _cut(self, stretch: Stretch, place: float) -> list[Piece]:
         """Look at both parts of a stretch, with the error that its paths show at the cut."""
         low, high = stretch.first.speed_rad_s, stretch.second.speed_rad_s
         middle = low + place * (high - low)
@@ -168,20 +196,19 @@ class _Search:
         after[left.partner] = seen
         return self._looked(left, seen) + self._looked(right, after)
 
-    def _bracketed(self, stretch: Stretch, paths: IntArray) -> list[_Piece]:
+    def _bracketed(self, stretch: Stretch, paths: IntArray) -> list[Piece]:
         """Return the pieces of a stretch with one crossing, or too narrow for more."""
         low, high = stretch.first.speed_rad_s, stretch.second.speed_rad_s
         before, after = stretch.first.grows, stretch.second.grows
         if before == after:
-            return [_Piece(low, high, before)]
+            return [Piece(low, high, before)]
 
         def growth(speed: float) -> float:
             if speed in (low, high):
                 values = stretch.first.values if speed == low else stretch.end_values
                 return float(values[paths].real.max())
             near = stretch.paths(np.array([(speed - low) / (high - low)]))[paths, 0]
-            values = self.at(speed).own
-            return max(float(values[np.abs(values - v).argmin()].real) for v in near)
+            return max(self.at(speed).nearest(v).real for v in near)
 
         calm, loud = (low, high) if after else (high, low)
         still = self.at(calm)
@@ -190,28 +217,35 @@ class _Search:
         damped = (values.real < -ROUNDING * np.abs(values)).all()
         if damped and growth(calm) < 0 < growth(loud):
             size = abs(growth(low)) + abs(growth(high))
-            root = _root(growth, low, high)
+            root = self._root(growth, low, high)
             # beside a meeting of modes the nearest value may jump from one to another
-            if max(self._leading(root).real, abs(growth(root))) > _JUMP * size:
+            if max(self.leading(root).real, abs(growth(root))) > _JUMP * size:
                 root = self._halved(calm, loud)
         else:
             root = self._halved(calm, loud)
-        return [_Piece(low, root, before), _Piece(root, high, after)]
+        return [Piece(low, root, before), Piece(root, high, after)]
+
+    def accuracy(self, first: float, second: float) -> float:
+        """Return how well an end between two speeds is to be known, rad/s."""
+        return max(_ACCURACY * max(abs(first), abs(second)), _OF_NARROWEST * self.narrowest)
+
+    def _root(self, growth: Callable[[float], float], first: float, second: float) -> float:
+        accuracy = self.accuracy(first, second)
+        return float(brentq(growth, first, second, xtol=accuracy, rtol=_ACCURACY))
 
     def _halved(self, calm: float, loud: float) -> float:
         """Return where growth begins between a speed without and one with it."""
-        while abs(loud - calm) > _ACCURACY * max(abs(loud), abs(calm)):
+        while abs(loud - calm) > self.accuracy(loud, calm):
             middle = 0.5 * (calm + loud)
             if middle in (calm, loud):
                 break
             calm, loud = (calm, middle) if self.at(middle).grows else (middle, loud)
         return loud
 
-    def _window(self, piece: _Piece) -> Window:
+    def _window(self, piece: Piece) -> Window:
         """Return the window of a piece that grows."""
-        top_speed = self._highest(piece)
-        opens = piece.low > self.low or not self.at(self.low).grows
-        closes = piece.high < self.high or not self.at(self.high).grows
+        top_speed = self.highest(piece)
+        opens, closes = self.ends_inside(piece)
         low = self._exact_end(piece.low, piece.high) if opens else piece.low
         high = self._exact_end(piece.high, piece.low) if closes else piece.high
         return Window(
@@ -219,22 +253,21 @@ class _Search:
             high=high,
             opens=opens,
             closes=closes,
-            onset=self._at_end(low, piece.high),
-            end=self._at_end(high, piece.low),
-            top=self._leading(top_speed),
+            onset=self.at_end(low, piece.high),
+            end=self.at_end(high, piece.low),
+            top=self.leading(top_speed),
             top_speed=top_speed,
         )
 
     def _exact_end(self, speed: float, other: float) -> float:
         """Return where Re λ = 0 beyond an end at which growth is too slow to be judged."""
-        value = start = self._at_end(speed, other)
+        value = start = self.at_end(speed, other)
         if value.real <= ROUNDING * abs(value):
             return speed
         step = (speed - other) / _BEYOND
         for _ in range(_BEYOND):
             place = min(max(speed + step, self.low), self.high)
-            values = self.at(place).own
-            value = complex(values[np.abs(values - value).argmin()])
+            value = self.at(place).nearest(value)
             if value.real < -ROUNDING * abs(value):
                 return self._zero_between((speed, start), (place, value))
             if value.real <= ROUNDING * abs(value):
@@ -250,35 +283,33 @@ class _Search:
         def growth(speed: float) -> float:
             part = (speed - grown[0]) / (damped[0] - grown[0])
             near = grown[1] + part * (damped[1] - grown[1])
-            values = self.at(speed).own
-            return float(values[np.abs(values - near).argmin()].real)
+            return self.at(speed).nearest(near).real
 
-        root = _root(growth, grown[0], damped[0])
+        root = self._root(growth, grown[0], damped[0])
         return root if abs(growth(root)) <= _JUMP * abs(damped[1].real) else grown[0]
 
-    def _at_end(self, speed: float, other: float) -> complex:
+    def at_end(self, speed: float, other: float) -> complex:
         """Return the eigenvalue at an end of a window, followed from where it is seen to grow."""
         places = [speed + part * (other - speed) for part in _INSIDE]
         seen = next((k for k, v in enumerate(places) if self.at(v).grows), len(places) - 1)
-        value = self._leading(places[seen])
+        value = self.leading(places[seen])
         for place in (*reversed(places[:seen]), speed):
-            values = self.at(place).own
-            value = complex(values[np.abs(values - value).argmin()])
+            value = self.at(place).nearest(value)
         return value
 
-    def _leading(self, speed: float) -> complex:
+    def leading(self, speed: float) -> complex:
         """Return the eigenvalue with the largest growth that is none of rounding."""
         found = self.at(speed)
         return complex(found.values[found.excess.argmax()])
 
-    def _highest(self, piece: _Piece) -> float:
+    def highest(self, piece: Piece) -> float:
         """Return the speed of the largest growth in a window."""
         inside = {s for s in self._known if piece.low <= s <= piece.high}
         for left, right in pairwise(sorted({piece.low, *inside, piece.high})):
             parts = int((right - left) / (piece.high - piece.low) * _LOOKS) + 1
             inside |= set(np.linspace(left, right, parts + 1).tolist())
         known = sorted(inside)
-        rates = [self._leading(s).real for s in known]
+        rates = [self.leading(s).real for s in known]
         around = np.array([-np.inf, *rates, -np.inf])
         peaks = np.flatnonzero((around[1:-1] >= around[:-2]) & (around[1:-1] >= around[2:]))
         peaks = peaks[np.argsort(-np.array(rates)[peaks], kind="stable")][:_PEAKS]
@@ -293,23 +324,21 @@ class _Search:
         """Whether the largest growth at a speed rises towards another."""
         found = self.at(speed)
         side: Side = "above" if other > speed else "below"
-        slope = with_slopes(self.block, found, side).slopes[found.excess.argmax()].real
+        slope = self.motions.with_slopes(found, side).slopes[found.excess.argmax()].real
         return bool(slope * (other - speed) > 0)
 
     def _summit(self, low: float, high: float) -> tuple[float, float]:
         """Return the largest growth between two speeds, and its speed."""
         found = minimize_scalar(
-            lambda speed: -self._leading(float(speed)).real,
+            lambda speed: -self.leading(float(speed)).real,
             bounds=(low, high),
             method="bounded",
-            options={"xatol": 1e-5 * (high - low), "maxiter": 20},
+            options={
+                "xatol": max(1e-5 * (high - low), _OF_NARROWEST * self.narrowest),
+                "maxiter": 20,
+            },
         )
         return -float(found.fun), float(found.x)
-
-
-def _root(growth: Callable[[float], float], first: float, second: float) -> float:
-    scale = max(abs(first), abs(second))
-    return float(brentq(growth, first, second, xtol=_ACCURACY * scale, rtol=_ACCURACY))
 
 
 def _error(stretch: Stretch, seen: FloatArray | None) -> FloatArray:
@@ -344,25 +373,26 @@ def _meeting(
     by Re √p at most, within |Δ| < 2 √|p|. From the change W of the matrices over the stretch,
     √p = √(W12 W21) Δ_end / (Δ_1 − Δ_2).
     """
-    gaps = [np.subtract.outer(v, v) for v in (grid.imag[:, 0], grid.imag[:, -1])]
-    counted = stretch.counted
-    i, j = np.nonzero(np.triu((gaps[0] * gaps[1] < 0) & (counted & counted[:, None]), 1))
+    i, j, beats = _crossings(stretch, grid)
     if not i.size:
         return float("nan")
-    closing = gaps[0][i, j] - gaps[1][i, j]
+    rise = stretch.first.stride * (stretch.first.speed_rad_s + _PARTS * stretch.width)
+    gap = grid.imag[i] - grid.imag[j] - np.outer(beats, rise)
+    closing = gap[:, 0] - gap[:, -1]
     strength = np.zeros(i.size)
     gain = np.zeros(i.size)
-    for product, gap in zip(stretch.couplings(), gaps, strict=True):
-        root = np.sqrt(product[i, j] * (gap[i, j] / closing) ** 2 + 0j)
-        strength = np.maximum(strength, np.abs(root))
-        gain = np.maximum(gain, np.abs(root.real) + _PHASE * np.abs(root))
+    for beat in np.unique(beats):
+        at = np.flatnonzero(beats == beat)
+        for product, k in zip(stretch.couplings(int(beat)), (0, -1), strict=True):
+            root = np.sqrt(product[i[at], j[at]] * (gap[at, k] / closing[at]) ** 2 + 0j)
+            strength[at] = np.maximum(strength[at], np.abs(root))
+            gain[at] = np.maximum(gain[at], np.abs(root.real) + _PHASE * np.abs(root))
     highest = np.maximum(grid.real.max(axis=1)[i], grid.real.max(axis=1)[j])
     able = highest + gain > np.maximum(tolerance[i], tolerance[j])
     able &= 2.0 * strength / np.abs(closing) * stretch.width > narrowest
     if not able.any():
         return float("nan")
-    i, j, strength, closing = i[able], j[able], strength[able], closing[able]
-    gap = grid.imag[i] - grid.imag[j]
+    strength, closing, gap = strength[able], closing[able], gap[able]
     at = (gap[:, :-1] * gap[:, 1:] <= 0).argmax(axis=1)
     rows = np.arange(at.size)
     before, after = gap[rows, at], gap[rows, at + 1]
@@ -374,9 +404,28 @@ def _meeting(
     return float(place[worst]) if far[worst] > 0 else float("nan")
 
 
-def _joined(pieces: list[_Piece]) -> list[_Piece]:
+def _crossings(stretch: Stretch, grid: ComplexArray) -> tuple[IntArray, IntArray, IntArray]:
+    """Return pairs i, j of paths that count and the strides s by which λ_i − λ_j is i s stride Ω.
+
+    Each is of the sign at one end of the stretch that it has not at the other.
+    """
+    i, j = np.nonzero(np.triu(stretch.counted & stretch.counted[:, None], 1))
+    gaps = [v[i] - v[j] for v in (grid.imag[:, 0], grid.imag[:, -1])]
+    if not stretch.first.stride:
+        met = gaps[0] * gaps[1] < 0
+        return i[met], j[met], np.zeros(int(met.sum()), dtype=int)
+    ends = (stretch.first, stretch.second)
+    strides = [g / (e.stride * e.speed_rad_s) for g, e in zip(gaps, ends, strict=True)]
+    least = np.floor(np.minimum(*strides)).astype(int) + 1
+    count = np.maximum(np.ceil(np.maximum(*strides)).astype(int) - least, 0)
+    first = np.repeat(np.cumsum(count) - count, count)
+    beats = np.repeat(least, count) + np.arange(count.sum()) - first
+    return np.repeat(i, count), np.repeat(j, count), beats
+
+
+def _joined(pieces: list[Piece]) -> list[Piece]:
     """Join neighbours that both grow, or both do not."""
-    joined: list[_Piece] = []
+    joined: list[Piece] = []
     for piece in pieces:
         if joined and joined[-1].grows == piece.grows:
             joined[-1] = joined[-1]._replace(high=piece.high)

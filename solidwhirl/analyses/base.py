@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, NamedTuple
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field, field_validator, model_validator
@@ -17,6 +17,7 @@ from solidwhirl.core.fields import MOST, Count, FileName, Name, NotNegative, Pla
 from solidwhirl.core.outcome import OTHERS, Outcome, PageSection, Write
 from solidwhirl.core.plain_data import Labels, plain_data, tabled
 from solidwhirl.rotordyn import AssembledSystem, Campbell
+from solidwhirl.rotordyn.asymmetric import RotatingSystem
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
 from solidwhirl.rotordyn.modes.damping import DampingRule
@@ -124,6 +125,8 @@ class Engine:
 
     #: The assembled engine and its Campbell diagram
     system: AssembledSystem
+    #: The engine in the frame of bodies that bend unlike in two planes; None without one
+    rotating: RotatingSystem | None
     diagram: Campbell
     #: Of pictures
     title: str
@@ -200,6 +203,9 @@ class Analysis(Record):
     suffixes: ClassVar[tuple[str, ...]] = (".png",)
     #: Whether its results depend on the operating speeds of the scene.
     sees_operating: ClassVar[bool] = False
+    #: Which engines it is for: "any", those whose bodies are the same in all directions, or those
+    #: with one that is not.
+    of_bodies: ClassVar[Literal["any", "even", "asymmetric"]] = "even"
 
     name: FileName | None = None
 

@@ -7,6 +7,7 @@ from typing import Annotated, get_args
 from pydantic import Field
 
 from solidwhirl.analyses.base import Analysis
+from solidwhirl.analyses.kinds.asymmetric_response import AsymmetricResponseSpec
 from solidwhirl.analyses.kinds.bearing_laws import BearingLawsSpec
 from solidwhirl.analyses.kinds.critical_speed_map import CriticalSpeedMapSpec
 from solidwhirl.analyses.kinds.mode_shapes import ModeShapesSpec
@@ -36,7 +37,8 @@ AnalysisSpec = Annotated[
     | RunUpSpec
     | StateSpaceSpec
     | RecoverySpec
-    | NodalDiametersSpec,
+    | NodalDiametersSpec
+    | AsymmetricResponseSpec,
     Field(discriminator="kind"),
 ]
 

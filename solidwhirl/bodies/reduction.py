@@ -12,10 +12,10 @@ import numpy as np
 from solidwhirl.core.displays import indented
 from solidwhirl.core.reduction_work import ReductionWork
 from solidwhirl.core.versions import package_versions
-from solidwhirl.geometry import Body, MassProperties, has_stages, mass_properties
+from solidwhirl.geometry import Body, MassProperties, mass_properties, symmetry
 from solidwhirl.meshing import LocalSize, Mesh, MeshSize, mesh_meridian, mesh_revolved
 from solidwhirl.meshing.imported.records import MeshedBody
-from solidwhirl.meshing.own.features.sector import mesh_sector
+from solidwhirl.meshing.own.features.sector import mesh_sector, mesh_whole_body
 from solidwhirl.meshing.own.joined import mesh_joined, without_copies
 from solidwhirl.model.mesh_bodies import made_mesh
 from solidwhirl.model.plan_records import BodyPlan, Plan
@@ -146,9 +146,11 @@ def mesh_body(
         return made_mesh(body)
     if level == "harmonic":
         return mesh_meridian(body, chosen.size, chosen.local)
-    if has_stages(body):
+    kind = symmetry(body)
+    if kind == "staged":
         return mesh_joined(body, chosen.size)
-    return (mesh_sector if body.features else mesh_revolved)(body, chosen.size, chosen.local)
+    own = {"round": mesh_revolved, "cyclic": mesh_sector, "asymmetric": mesh_whole_body}
+    return own[kind](body, chosen.size, chosen.local)
 
 
 def reduce_meshed(
@@ -204,8 +206,8 @@ def request_of(
     from solidwhirl.reduction import ReductionRequest
 
     own = plan.bodies[body.name]
-    whole = None in own.solved_orders
-    estimates = ("mode_truncation",) if whole else ("mode_truncation", "mesh")
+    other = own.shape in ("round", "any")  # matrices of a whole mesh in fixed axes
+    estimates = ("mode_truncation",) if other else ("mode_truncation", "mesh")
     return ReductionRequest(
         level=own.level,
         orders=own.orders,

@@ -44,9 +44,10 @@ class Part(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FeatureSet:
-    """Blades, holes or slots of a body: how many, what is seen of one from the side, mass, kg.
+    """Blades, holes, ... of a body: how many, what is seen of one from the side, mass, kg.
 
-    `area_m`: (z, r) of its outline, shape (k, 2). What is cut out has a negative mass.
+    `area_m`: (z, r) of its outline, shape (k, 2). What is cut out has a negative mass. `side`: of
+    what stands in one place, whether it is above the axis (1) or below it (-1); 0: on both sides.
     """
 
     name: str
@@ -56,6 +57,7 @@ class FeatureSet:
     material: str
     mass_kg: float
     area_m: FloatArray
+    side: int = 0
 
     @property
     def text(self) -> str:
@@ -178,17 +180,18 @@ def profile_parts(body: Body) -> tuple[Part, ...]:
 
 
 def profile_features(body: Body) -> tuple[FeatureSet, ...]:
-    """Return the blades, holes and slots of a profile."""
+    """Return the blades, holes, slots and other features of a profile."""
     sections = {s.name: s for s in body.sections}
     return tuple(
         FeatureSet(
             name=f.name,
             kind=f.kind,
-            count=f.count,
+            count=len(geometry.places_rad(f)),
             section=f.section,
             material=geometry.feature_material(f, sections[f.section]).name,
             mass_kg=geometry.feature_mass_properties(f, sections[f.section]).mass_kg,
             area_m=geometry.side_view(f, sections[f.section]),
+            side=0 if f.count > 1 else (1 if np.cos(np.radians(f.angle_deg)) >= 0.0 else -1),
         )
         for f in body.features
     )

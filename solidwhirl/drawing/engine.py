@@ -205,8 +205,10 @@ def engine_caption(scene: Scene, bodies: Sequence[Silhouette]) -> str:
         said.append("Materials are shaded, see the legend.")
     elif materials:
         said.append(f"All sections are of {materials[0]}.")
-    if any(b.features for b in bodies):
-        said.append("Without hatching: blades, holes and slots from the side, with their number.")
+    kinds = list(dict.fromkeys(f.kind for b in bodies for f in b.features))
+    if kinds:
+        named = " and ".join(filter(None, [", ".join(kinds[:-1]), kinds[-1]]))
+        said.append(f"Without hatching: {named} from the side, with their number.")
     if any(b.kind == "view" for b in bodies):
         said.append("Bodies from a mesh show their outline seen from the side.")
     if any(b.disks for b in bodies):
@@ -330,10 +332,12 @@ def _areas(plan: _Plan, body: Silhouette, k: int, materials: Sequence[str]) -> I
 
 
 def _features(plan: _Plan, body: Silhouette, k: int) -> Iterator[Shape]:
-    """Blades, holes and slots without hatching, as the plane does not cut all of them."""
+    """Blades, holes, ... without hatching, as the plane does not cut all of them."""
     for found in body.features:
         look = Style(fill="paper", stroke=f"c{k}", width=1.1)
-        sides = [plan.points(side) for side in _mirrored(found.area_m, body.kind)]
+        both = _mirrored(found.area_m, body.kind)
+        seen = both if not found.side else [found.area_m * (1.0, found.side)]
+        sides = [plan.points(side) for side in seen]
         shapes: list[Shape] = [Polygon(side, look) for side in sides]
         width, height = np.ptp(sides[0], axis=0)
         text = f"{found.count}"

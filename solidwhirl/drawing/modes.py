@@ -54,9 +54,12 @@ def shown_modes(results: Results) -> tuple[ShownModes, ...]:
     """Return the modes of a run that its page shows.
 
     Those at the speeds of its mode shape analyses, or at rest and at its top speed where it has
-    none, then those at its critical speeds.
+    none, then those at its critical speeds. With asymmetric bodies those at rest alone: at speed
+    their shapes are none of fixed axes.
     """
     system = results.system
+    if results.asymmetry is not None:
+        return (_at_rest(results, MODES),)
     found = []
     for rpm in _speeds(results):
         speed = rpm / RPM_PER_RAD_S
@@ -72,8 +75,10 @@ def pictured_modes(results: Results, count: int) -> tuple[str, ShownModes | None
     """Return the modes that pictures show, and how their names begin.
 
     Those at the lowest critical speeds; where there is none, the lowest ones of the Campbell
-    diagram at its last speed.
+    diagram at its last speed. With asymmetric bodies those at rest.
     """
+    if results.asymmetry is not None:
+        return "mode", _at_rest(results, count)
     for critical in critical_modes(results, count):
         return "mode_critical", critical
     diagram = results.campbell
@@ -89,6 +94,22 @@ def pictured_modes(results: Results, count: int) -> tuple[str, ShownModes | None
         modes = modes_at_speed(results.system, speed, more)
     shown = _at_speed(results.system, diagram, speed * RPM_PER_RAD_S, modes)
     return "mode", shown.only([k for k, number in enumerate(shown.numbers or ()) if number][:count])
+
+
+def _at_rest(results: Results, count: int) -> ShownModes:
+    """The lowest modes at rest, of asymmetric bodies at the angle 0."""
+    modes = _part(results.at_rest, range(min(results.at_rest.eigenvalues.size, count)))
+    whirl = whirl_at_speed(results.system, modes.shapes, modes.eigenvalues, 0.0)
+    return ShownModes(
+        label="at rest",
+        modes=modes,
+        rpm=np.zeros(modes.eigenvalues.size),
+        whirl=tuple(str(w) for w in whirl),
+        texts=tuple(
+            f"mode {k + 1}, {hertz_text(f)}, {w}"
+            for k, (f, w) in enumerate(zip(modes.frequency_hz, whirl, strict=True))
+        ),
+    )
 
 
 def _speeds(results: Results) -> list[float]:

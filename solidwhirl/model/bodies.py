@@ -26,7 +26,7 @@ def build_bodies(scene: Scene) -> dict[str, geo.Body]:
             _refuse_dependent_interfaces(
                 bodies[name], geo.merge_fillets(geo.subdivide(bodies[name]))
             )
-            if geo.has_stages(bodies[name]):
+            if geo.symmetry(bodies[name]) == "staged":
                 geo.layout_of(bodies[name])
         except geo.GeometryError as error:
             raise geo.GeometryError(clean(f"bodies.{name}: {error}")) from error
@@ -40,14 +40,13 @@ def _refuse_features_on(level: str, order: int | None, bodies: Mapping[str, geo.
         if body.features and level == "solid" and order not in (None, 2):
             raise geo.GeometryError(
                 f"model.order: {order}, but the elements of body {name!r} have order 2, as of all "
-                "with blades, holes or slots; allowed is 2, or leave it out"
+                f"with {body.features[0].kind}; allowed is 2, or leave it out"
             )
         if body.features and level in ("beam", "harmonic"):
             first = body.features[0]
             raise geo.GeometryError(
                 f"model.level: {level!r} is of bodies of revolution, and body {name!r} has "
-                f"{first.kind} {first.name!r}; allowed with blades, holes and slots are 'auto' and "
-                "'solid'"
+                f"{first.kind} {first.name!r}; allowed with {first.kind} are 'auto' and 'solid'"
             )
 
 
@@ -116,7 +115,7 @@ def _build_body(name: str, spec: BodySpec, materials: dict[str, geo.Material]) -
 
 
 def _features(spec: BodySpec, materials: Mapping[str, geo.Material]) -> tuple[geo.Feature, ...]:
-    """Blades, of stages too, holes and slots of a body."""
+    """Blades, of stages too, and all other features of a body."""
     features: list[geo.Feature] = []
     for blade in spec.blades:
         name = blade.material or spec.material
@@ -134,6 +133,9 @@ def _features(spec: BodySpec, materials: Mapping[str, geo.Material]) -> tuple[ge
             )
     features += [geo.Hole(**hole.model_dump()) for hole in spec.holes]
     features += [geo.Slot(**slot.model_dump()) for slot in spec.slots]
+    features += [geo.Keyway(**keyway.model_dump()) for keyway in spec.keyways]
+    features += [geo.Flat(**flat.model_dump()) for flat in spec.flats]
+    features += [geo.RingCut(**cut.model_dump()) for cut in spec.cuts]
     return tuple(features)
 
 

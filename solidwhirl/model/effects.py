@@ -10,10 +10,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from solidwhirl.analyses.registry import KINDS
+from solidwhirl.core.errors import SceneError
 from solidwhirl.geometry import Body
-from solidwhirl.model.mesh_bodies import base_plan, build_mesh_bodies, mesh_plan
+from solidwhirl.meshing.imported.records import MeshedBody
+from solidwhirl.model.mesh_bodies import base_plan, build_mesh_bodies, is_asymmetric, mesh_plan
 from solidwhirl.model.plan_records import BodyPlan, Effect, Plan
 from solidwhirl.model.resolution import choose_resolution
+from solidwhirl.rotordyn.superelement.validation import MOTIONS
 from solidwhirl.scene.joints import BearingSpec
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import (
@@ -32,6 +36,9 @@ def make_plan(scene: Scene, bodies: Mapping[str, Body], level: str | None = None
     `bodies`: its geometry (see `solidwhirl.model.bodies.build_bodies`). `level`: in the place of
     the scene's "auto" (see `solidwhirl.bodies.fidelity`), of bodies without features.
     """
+    mesh_bodies = build_mesh_bodies(scene)
+    asymmetric: dict[str, Body | MeshedBody] = {n: b for n, b in {**bodies, **mesh_bodies}.items() if is_asymmetric(b)}
+    _refuse_kinds(scene, list(asymmetric))
     speeds = scene_speeds(scene)
     fastest = top_speed(scene)
     top = {name: abs(ratio) * fastest for name, ratio in scene.speed_ratios().items()}
@@ -44,19 +51,24 @@ def make_plan(scene: Scene, bodies: Mapping[str, Body], level: str | None = None
             or any(spec.speed_ratio for spec in scene.imported.values()),
         ),
         *_called_for(scene),
+        _asymmetry(list(asymmetric)),
         *_estimates(scene, meshed=bool(scene.finite_element_bodies())),
         _recovery(scene),
         *_never(scene),
     )
     on = {e.name for e in effects if e.on}
-    carried = carried_motions(scene, on)
+    carried = carried_motions(scene, on) | {
+        f"{name}.{interface.name}": MOTIONS
+        for name, body in asymmetric.items()
+        for interface in body.interfaces
+    }
     if level is None:
         level = "harmonic" if scene.model.level == "auto" else scene.model.level
     plans = {
         name: _body_plan(scene, body, "solid" if body.features else level, top[name], on, carried)
         for name, body in bodies.items()
     }
-    for name, mesh_body in build_mesh_bodies(scene).items():
+    for name, mesh_body in mesh_bodies.items():
         own = mesh_plan(mesh_body, top[name], on, carried)
         whole = None in own.solved_orders
         plans[name] = replace(own, solver=scene.model.solver) if whole else own
@@ -241,6 +253,44 @@ def _kept(scene: Scene) -> str:
     return said + (f"; {given}: an imported body keeps all motions of its file" if given else "")
 
 
+def _refuse_kinds(scene: Scene, asymmetric: list[str]) -> None:
+    """Refuse analyses that are for other bodies than those of the scene.
+
+    Raises SceneError.
+    """
+    wanted = "asymmetric" if asymmetric else "even"
+    for k, analysis in enumerate(scene.analyses):
+        if analysis.of_bodies in ("any", wanted):
+            continue
+        where = f"analyses[{k}].kind: {analysis.kind!r} is"
+        if not asymmetric:
+            raise SceneError(
+                f"{where} for bodies that bend unlike in two planes; here all are the same in all "
+                'directions: take "unbalance_response"'
+            )
+        known = sorted(kind for kind, spec in KINDS.items() if spec.of_bodies != "even")
+        raise SceneError(
+            f"{where} for bodies that are the same in all directions, and {', '.join(asymmetric)} "
+            f"bend unlike in two planes: in fixed axes their matrices change with the angle; "
+            f"allowed are {', '.join(known)} (critical speeds, unstable ranges and diagrams in both "
+            "frames are in every run)"
+        )
+
+
+def _asymmetry(names: list[str]) -> Effect:
+    """Bodies that bend unlike in two planes."""
+    why = "every body that turns is the same in all directions"
+    if names:
+        why = f"{', '.join(names)} bend unlike in two planes: computed in the frame of the body"
+    return Effect(
+        name="asymmetry",
+        on=bool(names),
+        why=why,
+        cost="the whole is meshed and solved, all six motions of every interface; harmonics of the "
+        "turn where supports are unlike in x and y; a search for unstable ranges",
+    )
+
+
 def _never(scene: Scene) -> tuple[Effect, ...]:
     """What no scene of this version can ask for, said rather than kept silent."""
     reasons = {
@@ -261,8 +311,10 @@ def _body_plan(
     plan = base_plan(body, level, top_speed, carried)
     if level == "beam":
         return plan
+    if is_asymmetric(body):
+        plan = replace(plan, orders=(), shape="asymmetric")
     # of a sector the mass and the terms of the spin follow from the mass of one component
-    assembled, problems = level == "harmonic", len(plan.orders)
+    assembled, problems = level == "harmonic", len(plan.solved_orders)
     matrices = 3 + ("gyroscopic" in on) if assembled else 2
     factorisations = eigenproblems = 1
     turning = top_speed > 0.0

@@ -12,14 +12,21 @@ from typing import Any
 
 from solidwhirl.core.errors import clean
 from solidwhirl.core.machine import available_memory_gib
-from solidwhirl.geometry import Body, GeometryError, Material, RigidDisk
+from solidwhirl.geometry import Body, GeometryError, Material, RigidDisk, symmetry
 from solidwhirl.meshing import Mesh, MeshingError, MeshSize
-from solidwhirl.meshing.imported.body import body_of_mesh, mesh_from_file, mesh_of
+from solidwhirl.meshing.imported.body import body_of_mesh, is_round, mesh_from_file, mesh_of
 from solidwhirl.meshing.imported.formats.step import mesh_step, step_geometry
-from solidwhirl.meshing.imported.records import MeshedBody, MeshInterface, MeshRequest, StepSize
+from solidwhirl.meshing.imported.records import (
+    MeshedBody,
+    MeshInterface,
+    MeshRequest,
+    Shape,
+    StepSize,
+)
 from solidwhirl.model.bodies import known_material, scene_materials
 from solidwhirl.model.plan_records import BodyPlan
 from solidwhirl.model.resolution import Resolution
+from solidwhirl.rotordyn.superelement.validation import MOTIONS
 from solidwhirl.scene.meshes import UNITS_M, MeshBodySpec, MeshInterfaceSpec, file_digest
 from solidwhirl.scene.records import Scene
 
@@ -52,6 +59,13 @@ def made_mesh(body: MeshedBody) -> Mesh:
         return _mesh(body.request, body.name)
 
 
+def is_asymmetric(body: Body | MeshedBody) -> bool:
+    """Whether a body turns and bends unlike in two planes."""
+    if isinstance(body, MeshedBody):
+        return body.request.shape == "asymmetric"
+    return symmetry(body) == "asymmetric"
+
+
 def described(body: MeshedBody, mesh: Mesh) -> MeshedBody:
     """Return a body with all that its mesh tells: places of interfaces, mass, roundness.
 
@@ -81,7 +95,7 @@ def base_plan(
     return BodyPlan(
         level=level,
         orders=(1, 0) if {"uz", "rz"} & used else (1,),
-        components=tuple(m for m in ("ux", "uy", "uz", "rx", "ry", "rz") if m in used),
+        components=tuple(m for m in MOTIONS if m in used),
         interface_components=own,
         maximum_speed_rad_s=top_speed,
     )
@@ -91,12 +105,12 @@ def mesh_plan(
     body: MeshedBody, top_speed: float, on: set[str], carried: Mapping[str, tuple[str, ...]]
 ) -> BodyPlan:
     """Plan a body from a mesh of its own, which is always a solid, all of it or one sector."""
-    plan, may_turn = base_plan(body, "solid", top_speed, carried), body.request.shape != "any"
-    prestressed = may_turn and "stress_stiffening" in on
+    plan, shape = base_plan(body, "solid", top_speed, carried), body.request.shape
+    prestressed = shape != "any" and "stress_stiffening" in on
     spins = prestressed and top_speed > 0.0
     return replace(
         plan,
-        orders=plan.orders if may_turn else (),
+        orders=plan.orders if shape in ("round", "cyclic") else (),
         # the error of a given mesh is not known
         resolution=Resolution(
             degree=2,
@@ -106,7 +120,7 @@ def mesh_plan(
         matrices=4 + prestressed,
         factorisations=1 + prestressed + spins,
         eigenproblems=1 + spins,
-        shape=body.request.shape,
+        shape=shape,
     )
 
 
@@ -139,6 +153,10 @@ def _named(name: str) -> Iterator[None]:
 def _built(scene: Scene, name: str, spec: MeshBodySpec) -> MeshedBody:
     with _named(name):
         request = _request(spec, scene_materials(scene))
+        if request.shape == "round" and spec.symmetry == "auto" and request.step is None:
+            # the mesh tells; that of a geometry is not known yet
+            if not is_round(_mesh(request, name)):
+                request = replace(request, shape="asymmetric")
         disks = tuple(RigidDisk(**d.model_dump()) for d in spec.rigid_disks)
         return _body(name, request, disks)
 
@@ -153,8 +171,13 @@ def _body(name: str, request: MeshRequest, disks: tuple[RigidDisk, ...]) -> Mesh
     return body_of_mesh(name, request, mesh, disks)
 
 
-@lru_cache(maxsize=4)
 def _mesh(request: MeshRequest, name: str) -> Mesh:
+    """The mesh of a request, which does not depend on how the reduction takes it."""
+    return _read_mesh(replace(request, shape="any"), name)
+
+
+@lru_cache(maxsize=4)
+def _read_mesh(request: MeshRequest, name: str) -> Mesh:
     """The mesh of a request; a command asks for it several times."""
     if request.step is None:
         return mesh_from_file(request, name)
@@ -179,10 +202,19 @@ def _request(spec: MeshBodySpec, materials: dict[str, Material]) -> MeshRequest:
             for group, name in spec.materials.items()
         ),
         interfaces=tuple(_interface(i) for i in spec.interfaces),
-        shape="cyclic" if spec.sectors else "any" if spec.may_have_any_shape else "round",
+        shape=_shape(spec),
         sectors=spec.sectors,
         step=step,
     )
+
+
+def _shape(spec: MeshBodySpec) -> Shape:
+    """What the reduction may assume, as far as the scene says."""
+    if spec.sectors:
+        return "cyclic"
+    if spec.may_have_any_shape:
+        return "any"
+    return "asymmetric" if spec.symmetry == "none" else "round"
 
 
 def _interface(spec: MeshInterfaceSpec) -> MeshInterface:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solidwhirl.geometry import Body, has_stages
+from solidwhirl.geometry import Body, symmetry
 from solidwhirl.meshing import CORNER_RATE, MeshSize
 from solidwhirl.scene.records import ModelSpec
 
@@ -55,7 +55,7 @@ def _is_adapted(body: Body, model: ModelSpec) -> bool:
     Joined stages have one mesh size rule for all their parts.
     """
     given = (model.size_m, model.corner_size_m, model.growth)
-    return not has_stages(body) and model.estimates == "on" and given == (None, None, None)
+    return symmetry(body) != "staged" and model.estimates == "on" and given == (None, None, None)
 
 
 def choose_resolution(body: Body, level: str, model: ModelSpec) -> Resolution:

@@ -28,6 +28,7 @@ from solidwhirl.rotordyn import (
     beam_superelement,
     rigid_superelement,
 )
+from solidwhirl.rotordyn.asymmetric import RotatingSystem, assemble_rotating, at_rest
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.scene.joints import (
     BeamSpec,
@@ -52,8 +53,22 @@ _MOTIONS = ("ux", "uy", "uz", "rx", "ry", "rz")
 
 
 def engine_of(scene: Scene, plan: Plan, elements: Mapping[str, Superelement]) -> AssembledSystem:
-    """Assemble bodies, bearings and gears of a scene."""
-    return assemble(rotors(scene, plan, elements), bearings(scene, plan), gears=gears(scene, plan))
+    """Assemble bodies, bearings and gears of a scene; asymmetric ones as they are at rest."""
+    parts = at_rest(rotors(scene, plan, elements))
+    return assemble(parts, bearings(scene, plan), gears=gears(scene, plan))
+
+
+def rotating_engine_of(
+    scene: Scene, plan: Plan, elements: Mapping[str, Superelement]
+) -> RotatingSystem | None:
+    """Assemble a scene in the frame of its asymmetric bodies; None without such a body.
+
+    Raises AssemblyError: two of them at different speeds, or joints that can not be.
+    """
+    if all(element.frame == "inertial" for element in elements.values()):
+        return None
+    parts = rotors(scene, plan, elements)
+    return assemble_rotating(parts, bearings(scene, plan), gears=gears(scene, plan))
 
 
 def simple_elements(scene: Scene, plan: Plan) -> dict[str, Superelement]:

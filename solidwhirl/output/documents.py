@@ -31,6 +31,7 @@ from solidwhirl.model.resolution import Resolution
 from solidwhirl.output.report import report_text
 from solidwhirl.page.frame.records import Run
 from solidwhirl.page.sections import write_report
+from solidwhirl.pipeline.asymmetry import asymmetry_document
 from solidwhirl.pipeline.cached_stages import StageCache
 from solidwhirl.pipeline.run import ExcitedCriticalSpeed, Results
 from solidwhirl.pipeline.verdict import verdict_document
@@ -38,7 +39,7 @@ from solidwhirl.rotordyn import Superelement, draw_campbell, write_superelement
 from solidwhirl.rotordyn.assembly.bearing_notes import note_lines
 from solidwhirl.rotordyn.campbell.branch_numbers import branch_numbers, branch_prints, shape_print
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
-from solidwhirl.rotordyn.modes.whirl import unbalance_excitation
+from solidwhirl.rotordyn.modes.whirl import Excitation, unbalance_excitation
 from solidwhirl.rotordyn.plots.errors import draw_campbell_errors, draw_critical_speed_errors
 from solidwhirl.rotordyn.storage.sidecar import superelement_document
 from solidwhirl.scene.records import ReferenceSpec
@@ -48,12 +49,14 @@ from solidwhirl.scene_reading.reader import scene_hash
 SCHEMA = "solidwhirl-results-1"
 # Headers, attributes and provenance in a file of a superelement.
 _AROUND_BYTES = 65_536
+# Frequencies at rest that differ by less are of one mode.
+_SAME_FREQUENCY = 1e-6
 
 
 def results_document(results: Results) -> dict[str, Any]:
     """Everything that `results.json` holds; units are in the keys, absent values are null."""
     scene, diagram = results.scene, results.campbell
-    numbers = branch_numbers(results.system, diagram, results.at_rest)
+    numbers = _numbers(results)
     document = {
         "schema": SCHEMA,
         "scene": {
@@ -87,6 +90,9 @@ def results_document(results: Results) -> dict[str, Any]:
         "peak_memory_gib": results.peak_memory_gib,
         "packages": package_versions(),
     }
+    if results.asymmetry is not None:
+        document["asymmetry"] = asymmetry_document(results.asymmetry)
+        _put_errors(document)
     if results.stages:
         document["stages"] = dict(results.stages)
     if results.estimates is not None:
@@ -99,9 +105,31 @@ def results_document(results: Results) -> dict[str, Any]:
     return plain_data(document)  # type: ignore[no-any-return]
 
 
+def _numbers(results: Results) -> list[int]:
+    """The branch that each mode at rest is on, from 1; 0: none."""
+    if results.asymmetry is None:
+        return [int(k) for k in branch_numbers(results.system, results.campbell, results.at_rest)]
+    at_rest = results.campbell.frequency_hz[:, results.campbell.speeds_rad_s == 0.0]
+    found = []
+    for frequency in results.at_rest.frequency_hz:
+        own = np.flatnonzero(np.abs(at_rest - frequency) <= _SAME_FREQUENCY * frequency)
+        found.append(int(own[0]) + 1 if own.size else 0)
+    return found
+
+
+def _put_errors(document: dict[str, Any]) -> None:
+    """Put the error estimates beside the critical speeds of an asymmetric engine."""
+    lateral = [c for c in document["asymmetry"]["critical_speeds"] if c["motion"] == "lateral"]
+    for entry, found in zip(document["critical_speeds"], lateral, strict=True):
+        if found["error_estimate"] is not None:
+            entry["frequency_error_estimate"] = found["error_estimate"]
+            entry["frequency_error_parts"] = found["error_parts"]
+
+
 def _campbell(results: Results) -> dict[str, Any]:
     diagram, rule = results.campbell, results.scene.criteria.rule
     damped = np.isfinite(diagram.eigenvalues) & ~rule.counts(diagram.eigenvalues)
+    is_even = results.asymmetry is None
     return {
         "frame": "inertial",
         "speed_rpm": (diagram.speeds_rad_s * RPM_PER_RAD_S).tolist(),
@@ -109,7 +137,7 @@ def _campbell(results: Results) -> dict[str, Any]:
         "whirl": [[w or None for w in branch] for branch in diagram.whirl.tolist()],
         "log_decrement": [decrements(branch) for branch in diagram.log_decrement],
         "critically_damped": damped.tolist(),
-        "interface_motion": branch_prints(results.system, diagram),
+        "interface_motion": branch_prints(results.system, diagram) if is_even else [],
         "notes": [
             {
                 "kind": note.kind,
@@ -131,7 +159,10 @@ def _doubts(results: Results) -> list[dict[str, Any]]:
 def critical_speed_document(results: Results, found: ExcitedCriticalSpeed) -> dict[str, Any]:
     """A critical speed as plain data, whether it counts and what excites it."""
     critical = found.critical
-    excitation = unbalance_excitation(results.system, critical.shape, found.excited_by)
+    why = "an asymmetric body whirls both ways at once"
+    excitation = Excitation(True, why)
+    if results.asymmetry is None:
+        excitation = unbalance_excitation(results.system, critical.shape, found.excited_by)
     return {
         "speed_rpm": float(critical.speed_rad_s * RPM_PER_RAD_S),
         "frequency_hz": float(critical.frequency_hz),
@@ -142,7 +173,9 @@ def critical_speed_document(results: Results, found: ExcitedCriticalSpeed) -> di
         "excited_by": list(found.excited_by),
         "excited": excitation.excited,
         "excited_why": excitation.why,
-        "interface_motion": shape_print(results.system, critical.shape),
+        "interface_motion": shape_print(results.system, critical.shape)
+        if results.asymmetry is None
+        else [],
     }
 
 

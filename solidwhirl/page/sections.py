@@ -15,7 +15,7 @@ from solidwhirl.page.drawing import engine
 from solidwhirl.page.frame.build import page_html
 from solidwhirl.page.frame.plotly_chart import page_chart
 from solidwhirl.page.frame.records import Block, Run, Section
-from solidwhirl.page.modes import campbell, criticals, shapes
+from solidwhirl.page.modes import asymmetry, campbell, criticals, shapes
 from solidwhirl.page.run import (
     accuracy,
     checks,
@@ -35,6 +35,7 @@ SECTIONS: tuple[tuple[int, Callable[[Run], Section | None]], ...] = (
     (10, summary.section),
     (20, engine.section),
     (30, campbell.section),
+    (45, asymmetry.section),
     (CRITICAL_SPEEDS.order, criticals.section),
     (MODE_SHAPES.order, shapes.section),
     (210, comparison.section),

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from solidwhirl.analyses.unbalances import amplitudes_of, end_of, unbalance_at
 from solidwhirl.core.outcome import Outcome
+from solidwhirl.pipeline.asymmetry import asymmetry_checks
 from solidwhirl.pipeline.body_stages import Job
 from solidwhirl.pipeline.engine_stages import Diagram, Engine
-from solidwhirl.rotordyn import AssembledSystem, CriticalSpeed
+from solidwhirl.rotordyn import AssembledSystem, CriticalSpeed, campbell
 from solidwhirl.rotordyn.checks import plain_responses
 from solidwhirl.rotordyn.checks.plain_system import PlainSystem
 from solidwhirl.rotordyn.checks.system_checks import check_system
@@ -31,6 +32,19 @@ def run_checks(engine: Engine, diagram: Diagram) -> tuple[Invariant, ...]:
     found = [check for result in engine.reduced.values() for check in result.work.checks]
     for element in engine.elements.values():
         found += check_superelement(element)
+    if diagram.asymmetry is not None:
+        found += asymmetry_checks(diagram.asymmetry)
+        still = campbell(engine.system, [0.0], branch_count=job.scene.campbell.branches)
+        at_rest = check_system(
+            engine.system,
+            diagram.at_rest,
+            still,
+            {},
+            frequency_max_hz=None,
+            branch_count=job.scene.campbell.branches,
+            speed_max_rad_s=0.0,
+        )
+        return (*found, *at_rest)
     top = float(job.plan.speeds_rad_s.max())
     found += check_system(
         engine.system,

@@ -23,7 +23,14 @@ from solidwhirl.estimates.peaks import with_peak_estimates
 from solidwhirl.estimates.results import BeamVariants, Estimates, estimate_errors
 from solidwhirl.geometry import Body
 from solidwhirl.model.balance_grades import with_moments
-from solidwhirl.model.system_parts import engine_of
+from solidwhirl.model.system_parts import engine_of, rotating_engine_of
+from solidwhirl.pipeline.asymmetry import (
+    Asymmetry,
+    asymmetry_of,
+    critical_records,
+    diagram_in_fixed_axes,
+    stability_in_ranges,
+)
 from solidwhirl.pipeline.body_stages import Job
 from solidwhirl.pipeline.cached_stages import engine_part
 from solidwhirl.pipeline.cyclic_bodies import cyclic_source
@@ -38,6 +45,7 @@ from solidwhirl.rotordyn import (
     critical_speeds,
     modes_at_speed,
 )
+from solidwhirl.rotordyn.asymmetric import RotatingSystem
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.operating import operating_speeds
 from solidwhirl.scene_checks.speeds_asked import range_top_rpm
@@ -59,7 +67,10 @@ class Engine:
     reduced: Mapping[str, BodyResult]
     elements: Mapping[str, Superelement]
     beams: BeamBodies
+    #: At rest where bodies bend unlike in two planes
     system: AssembledSystem
+    #: In the frame of these; None without one
+    rotating: RotatingSystem | None
     digest: str
 
 
@@ -71,6 +82,8 @@ class Diagram:
     campbell: Campbell
     #: Within the scene's speed range, by excitation
     critical_speeds: tuple[ExcitedCriticalSpeed, ...]
+    #: What the frame of asymmetric bodies shows; None without one
+    asymmetry: Asymmetry | None = None
 
 
 def assembled_engine(
@@ -83,10 +96,17 @@ def assembled_engine(
     job.progress(Stage(name=StageName.ASSEMBLY))
     with job.clock.stage("assembly"):
         system = engine_of(job.scene, job.plan, elements)
+        rotating = rotating_engine_of(job.scene, job.plan, elements)
         asked = (engine_part(job.scene), job.plan.speeds_rad_s)
         digest = job.stage_cache.digest((asked, elements))
     return Engine(
-        job=job, reduced=reduced, elements=elements, beams=beams, system=system, digest=digest
+        job=job,
+        reduced=reduced,
+        elements=elements,
+        beams=beams,
+        system=system,
+        rotating=rotating,
+        digest=digest,
     )
 
 
@@ -94,6 +114,8 @@ def diagram_of(engine: Engine) -> Diagram:
     """Compute modes at rest, Campbell diagram and critical speeds of an engine."""
     job, system = engine.job, engine.system
     scene, speeds, stage_cache = job.scene, job.plan.speeds_rad_s, job.stage_cache
+    if engine.rotating is not None:
+        return _rotating_diagram(engine, engine.rotating)
     job.progress(Stage(name=StageName.CAMPBELL, detail=f" at {len(speeds)} speeds"))
     with job.clock.stage("campbell"):
         at_rest, diagram = stage_cache.stage(
@@ -112,10 +134,35 @@ def diagram_of(engine: Engine) -> Diagram:
     return Diagram(at_rest=at_rest, campbell=diagram, critical_speeds=excited)
 
 
-def stability_of_engine(engine: Engine) -> Stability:
+def _rotating_diagram(engine: Engine, rotating: RotatingSystem) -> Diagram:
+    """The same of an engine with asymmetric bodies, from the frame that turns with them."""
+    job = engine.job
+    speeds, branches = job.plan.speeds_rad_s, job.scene.campbell.branches
+    job.progress(Stage(name=StageName.CAMPBELL, detail=f" at {len(speeds)} speeds, in two frames"))
+    with job.clock.stage("campbell"):
+        found: Asymmetry = job.stage_cache.stage(
+            "Campbell diagram",
+            job.stage_cache.key("asymmetry", engine.digest),
+            lambda: asymmetry_of(rotating, speeds, branches),
+        )
+    return Diagram(
+        at_rest=modes_at_speed(engine.system, 0.0),
+        campbell=diagram_in_fixed_axes(found),
+        critical_speeds=tuple(
+            ExcitedCriticalSpeed(excited_by=found.excited_by, critical=c)
+            for c in critical_records(found)
+        ),
+        asymmetry=found,
+    )
+
+
+def stability_of_engine(engine: Engine, asymmetry: Asymmetry | None) -> Stability:
     """Look for instability over the range of speeds of a scene, and at its operating speeds."""
     scene, stage_cache = engine.job.scene, engine.job.stage_cache
     top = range_top_rpm(scene)
+    if asymmetry is not None and engine.rotating is not None:
+        operating, branches = operating_speeds(scene), scene.campbell.branches
+        return stability_in_ranges(asymmetry, engine.rotating, top, operating, branches)
     intervals = stage_cache.stage(
         "stability",
         stage_cache.key("unstable intervals", engine.digest, top),
@@ -127,7 +174,7 @@ def stability_of_engine(engine: Engine) -> Stability:
 def estimates_of(engine: Engine, diagram: Diagram) -> Estimates | None:
     """Estimate the errors of a diagram; None where the scene has its estimates off."""
     job = engine.job
-    if job.scene.model.estimates == "off":
+    if job.scene.model.estimates == "off" or engine.rotating is not None:
         return None
     job.progress(Stage(name=StageName.ERROR_ESTIMATES))
     with job.clock.stage("error_estimate"):
@@ -162,6 +209,7 @@ def analyses_of(
     seen = job.stage_cache.digest(None if pairs is None else _seen(pairs))
     seen_by_analyses = analyses.Engine(
         system=engine.system,
+        rotating=engine.rotating,
         diagram=diagram,
         title=scene.title or scene.name,
         speed_ratios=scene.speed_ratios(),

@@ -20,6 +20,7 @@ from solidwhirl.estimates.results import Estimates
 from solidwhirl.geometry import Body
 from solidwhirl.model.plan_records import Plan
 from solidwhirl.pipeline.alarms import Alarm, alarms_of
+from solidwhirl.pipeline.asymmetry import Asymmetry
 from solidwhirl.pipeline.engine_stages import ExcitedCriticalSpeed
 from solidwhirl.plausibility.supports import support_doubts
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
@@ -57,6 +58,8 @@ class Results:
     peak_memory_gib: float
     #: Unstable intervals of the whole range of speeds, and damping at the operating speeds
     stability: Stability
+    #: What the frame of asymmetric bodies shows; then `system` is at rest. None without one
+    asymmetry: Asymmetry | None = None
     #: What must hold for bodies, system and modes, and whether it does
     checks: tuple[rd.Invariant, ...] = ()
     #: "computed" or "kept" by stage; empty where nothing is kept

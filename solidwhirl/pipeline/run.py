@@ -138,11 +138,12 @@ def _analysed(engine: stages.Engine, results: Callable[..., Results]) -> Results
     with job.clock.stage("checks"):
         checks = run_checks(engine, diagram)
     with job.clock.stage("stability"):
-        stability = stages.stability_of_engine(engine)
+        stability = stages.stability_of_engine(engine, diagram.asymmetry)
     outcomes = stages.analyses_of(engine, diagram.campbell, estimates)
     critical = [excited.critical for excited in diagram.critical_speeds]
     with job.clock.stage("checks of the analyses"):
-        checks += analysis_result_checks(system, critical, outcomes)
+        if engine.rotating is None:
+            checks += analysis_result_checks(system, critical, outcomes)
     return results(
         scene=job.scene,
         plan=job.plan,
@@ -158,6 +159,7 @@ def _analysed(engine: stages.Engine, results: Callable[..., Results]) -> Results
         timings_s=job.clock.seconds,
         peak_memory_gib=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0**2,
         stability=stability,
+        asymmetry=diagram.asymmetry,
         checks=checks,
         stages=job.stage_cache.origins,
     )

@@ -1,10 +1,16 @@
-"""Blades, holes and slots of the bodies of a scene."""
+"""Blades, holes, slots and other features of the bodies of a scene."""
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, WithJsonSchema
+from pydantic import (
+    BeforeValidator,
+    Field,
+    SerializerFunctionWrapHandler,
+    WithJsonSchema,
+    model_serializer,
+)
 
 from solidwhirl.core.fields import (
     MOST,
@@ -18,7 +24,8 @@ from solidwhirl.core.fields import (
 )
 
 # Geometry refuses other numbers, with what can be done.
-_COUNT = {"type": "integer", "minimum": 3, "maximum": 10_000}
+_COUNT = {"type": "integer", "minimum": 1, "maximum": 10_000}
+_PER_GROUP = {"type": "integer", "minimum": 1, "maximum": 100}
 FeatureCount = Annotated[int, Field(strict=True), WithJsonSchema(_COUNT)]
 
 
@@ -38,14 +45,20 @@ class BladeSpec(Record):
 
 
 class HoleSpec(Record):
-    """Equal axial holes through a section."""
+    """Equal axial holes in a section."""
 
     name: Name
     within: Annotated[Name, Field(alias="in")]
     count: FeatureCount
     pitch_radius_m: Positive
     diameter_m: Positive
+    start_m: Finite | None = None
+    end_m: Finite | None = None
     angle_deg: Finite = 0.0
+
+    @model_serializer(mode="wrap")
+    def _lean(self, content: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        return _without_unused(content(self), start_m=None, end_m=None)
 
 
 class SlotSpec(Record):
@@ -59,6 +72,57 @@ class SlotSpec(Record):
     start_m: Finite
     end_m: Finite
     angle_deg: Finite = 0.0
+    # geometry refuses other numbers
+    per_group: Annotated[int, Field(strict=True), WithJsonSchema(_PER_GROUP)] = 1
+    pitch_deg: Positive | None = None
+
+    @model_serializer(mode="wrap")
+    def _lean(self, content: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        return _without_unused(content(self), per_group=1, pitch_deg=None)
+
+
+class KeywaySpec(Record):
+    """Equal keyways in the outer surface of a section."""
+
+    name: Name
+    within: Annotated[Name, Field(alias="in")]
+    count: FeatureCount = 1
+    width_m: Positive
+    depth_m: Positive
+    start_m: Finite
+    end_m: Finite
+    ends: Literal["round", "square"] = "round"
+    angle_deg: Finite = 0.0
+
+
+class FlatSpec(Record):
+    """Equal flats on the outer surface of a section."""
+
+    name: Name
+    within: Annotated[Name, Field(alias="in")]
+    count: FeatureCount = 1
+    distance_m: Positive
+    start_m: Finite
+    end_m: Finite
+    angle_deg: Finite = 0.0
+
+
+class CutSpec(Record):
+    """Equal ring sectors that are cut out of the outer part of a section."""
+
+    name: Name
+    within: Annotated[Name, Field(alias="in")]
+    count: FeatureCount = 1
+    width_deg: Positive
+    depth_m: Positive
+    start_m: Finite
+    end_m: Finite
+    angle_deg: Finite = 0.0
+
+
+def _without_unused(content: dict[str, Any], **unused: object) -> dict[str, Any]:
+    """Leave out keys with these values, so that scenes from before they came keep their hash."""
+    return {k: v for k, v in content.items() if k not in unused or v != unused[k]}
 
 
 class StageBladesSpec(Record):

@@ -109,6 +109,7 @@ class MeshBodySpec(Record):
     axis: AxisSpec = AxisSpec()
     speed_ratio: Finite = 1.0
     sectors: Sectors | None = None
+    symmetry: Literal["auto", "revolution", "none"] = "auto"
     material: Name | None = None
     materials: dict[GroupName, Name] = Field(default_factory=dict, max_length=MOST)
     interfaces: Annotated[tuple[MeshInterfaceSpec, ...], Field(max_length=MOST)] = ()
@@ -144,6 +145,9 @@ class MeshBodySpec(Record):
             raise ValueError(f"smallest_m = {self.smallest_m:g} is above size_m = {self.size_m:g}")
         if self.material is None and not self.materials:
             raise ValueError("material is needed, or materials by group")
+        if self.symmetry != "auto" and (self.sectors or self.speed_ratio == 0.0):
+            said = "sectors says it" if self.sectors else "it does not turn (speed_ratio = 0)"
+            raise ValueError(f"symmetry = {self.symmetry!r}, but {said}; leave one of them out")
         if self.internal_damping is not None and self.may_have_any_shape:
             raise ValueError(
                 "internal_damping needs to know how the body turns; one that stands still "

@@ -32,7 +32,15 @@ from solidwhirl.core.fields import (
     alike_in_files,
 )
 from solidwhirl.rotordyn.modes.damping import CRITICALLY_DAMPED, DampingRule
-from solidwhirl.scene.features import BladeSpec, HoleSpec, SlotSpec, StageBladesSpec
+from solidwhirl.scene.features import (
+    BladeSpec,
+    CutSpec,
+    FlatSpec,
+    HoleSpec,
+    KeywaySpec,
+    SlotSpec,
+    StageBladesSpec,
+)
 from solidwhirl.scene.imports import ImportedSpec
 from solidwhirl.scene.joints import (
     BeamSpec,
@@ -137,6 +145,9 @@ class BodySpec(Record):
     blades: Annotated[tuple[BladeSpec, ...], Field(max_length=MOST)] = ()
     holes: Annotated[tuple[HoleSpec, ...], Field(max_length=MOST)] = ()
     slots: Annotated[tuple[SlotSpec, ...], Field(max_length=MOST)] = ()
+    keyways: Annotated[tuple[KeywaySpec, ...], Field(max_length=MOST)] = ()
+    flats: Annotated[tuple[FlatSpec, ...], Field(max_length=MOST)] = ()
+    cuts: Annotated[tuple[CutSpec, ...], Field(max_length=MOST)] = ()
     modes: Annotated[Count, Field(le=500)] | None = None
     internal_damping: InternalDampingSpec | None = None
 
@@ -147,7 +158,7 @@ class BodySpec(Record):
 
 def _without_absent(content: dict[str, Any]) -> dict[str, Any]:
     """Leave out lists of features that are empty, so that other scenes keep their hash."""
-    features = ("blades", "holes", "slots")
+    features = ("blades", "holes", "slots", "keyways", "flats", "cuts")
     return {key: value for key, value in content.items() if value or key not in features}
 
 

@@ -12,7 +12,6 @@ from solidwhirl.analyses.recovery.analysis import RecoverySpec
 from solidwhirl.analyses.recovery.states import RecoveryStateSpec
 from solidwhirl.core.errors import unknown
 from solidwhirl.geometry.features import FEWEST
-from solidwhirl.scene.features import BladeSpec, HoleSpec, SlotSpec
 from solidwhirl.scene.records import Scene
 
 
@@ -63,23 +62,24 @@ def sectors_of(scene: Scene, name: str) -> int | None:
 
 
 def _feature_counts(scene: Scene, name: str) -> list[int]:
-    """How many there are of every kind of blade, hole and slot of a body of sections."""
+    """How many places every set of blades, holes, ... of a body of sections has."""
     if name not in scene.bodies:
         return []
     body = scene.bodies[name]
     groups = (group.blades.count for group in body.stage_groups if group.blades is not None)
-    own: list[BladeSpec | HoleSpec | SlotSpec] = [*body.blades, *body.holes, *body.slots]
-    return [*(feature.count for feature in own), *(n for several in groups for n in several)]
+    sets = (body.blades, body.holes, body.slots, body.keyways, body.flats, body.cuts)
+    own = (feature.count for features in sets for feature in features)
+    return [*own, *(n for several in groups for n in several)]
 
 
 def no_common_sector(scene: Scene, name: str) -> str:
     """Why a body of sections has no equal sectors; empty if it has."""
     counts = _feature_counts(scene, name)
     # a count that no body can have is refused with its own reason
-    if not counts or min(counts) < FEWEST or math.gcd(*counts) >= FEWEST:
+    if not counts or min(counts) < 1 or math.gcd(*counts) >= FEWEST:
         return ""
     told = ", ".join(str(n) for n in sorted(set(counts)))
-    return f"the features of {name!r} have the counts {told}, which no sector has in common"
+    return f"the features of {name!r} have the counts {told}, which leave no {FEWEST} equal sectors"
 
 
 def _problems(scene: Scene, spec: RecoverySpec) -> Iterator[str]:

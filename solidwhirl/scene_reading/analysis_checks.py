@@ -93,8 +93,9 @@ def _nodal_problems(scene: Scene, spec: NodalDiametersSpec) -> Iterator[str]:
     why = no_common_sector(scene, spec.body)
     if why:
         yield (
-            f"body: {why}; nodal diameters are those of equal sectors: describe each stage as a "
-            "body of its own, held where it joins the others"
+            f"body: {why}; nodal diameters are those of equal sectors: give counts with a common "
+            "divisor of 3 or more, or describe each stage as a body of its own, held where it "
+            "joins the others"
         )
     sectors = sectors_of(scene, spec.body)
     if sectors is None or sectors <= MOST:  # geometry refuses more with its own reason

@@ -25,6 +25,9 @@ _LISTS = {
     "blade": "blades",
     "hole": "holes",
     "slot": "slots",
+    "keyway": "keyways",
+    "flat": "flats",
+    "cut": "cuts",
     "stages": "stage_groups",
     "stage group": "stage_groups",
 }

@@ -2,16 +2,29 @@
 
 A plane through the axis in which all features are mirrored halves the sector. Without one, the cut
 passes between the features if it can; else it goes through blades where it is farthest from edges.
+What has one sector and no mirror plane is not cut, but drawn in two halves.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import product
+from math import gcd
 
 import numpy as np
 
-from solidwhirl.geometry import Blade, Body, Feature, Hole, Section, common_sectors, mirror_angle
+from solidwhirl.geometry import (
+    Blade,
+    Body,
+    Feature,
+    Hole,
+    RingCut,
+    Section,
+    Slot,
+    mirror_angle,
+    places_rad,
+    sector_count,
+)
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.records import FloatArray
 
@@ -32,20 +45,31 @@ class Cut:
     angle_rad: float  #: Of the plane where it begins
 
     @property
+    def whole(self) -> bool:
+        """Whether the whole body is meshed at once."""
+        return self.count == 1 and not self.mirrored
+
+    @property
     def width_rad(self) -> float:
-        """Angle between the cut faces."""
+        """Angle of what is meshed."""
         return (np.pi if self.mirrored else 2.0 * np.pi) / self.count
+
+    @property
+    def swept_rad(self) -> float:
+        """Angle between the plane where it begins and the next: where it ends, or that of halves.
+
+        Nothing is swept all around: the surface would meet itself.
+        """
+        return min(self.width_rad, np.pi)
 
 
 def choose_cut(body: Body) -> Cut:
-    """Choose the cut of a body with features.
-
-    Raises GeometryError: the body has no features, or less than three sectors.
-    """
-    count, angle = common_sectors(body), mirror_angle(body)
+    """Choose the cut of a body with features. Raises GeometryError: it has none."""
+    count, angle = sector_count(body.features), mirror_angle(body)
     if angle is not None:
         return Cut(count=count, mirrored=True, angle_rad=angle)
-    return Cut(count=count, mirrored=False, angle_rad=_free_angle(body, count))
+    # the halves of a whole meet in two planes, both of which stay clear of edges
+    return Cut(count=count, mirrored=False, angle_rad=_free_angle(body, max(count, 2)))
 
 
 def section_named(body: Body, name: str) -> Section:
@@ -106,20 +130,25 @@ def angles_of(feature: Feature, body: Body) -> tuple[FloatArray, FloatArray]:
         return np.array([root.min(), root.max()]), np.concatenate([corners, tip])
     if isinstance(feature, Hole):
         half = np.arcsin(min(0.5 * feature.diameter_m / feature.pitch_radius_m, 1.0))
+    elif isinstance(feature, RingCut):
+        half = 0.5 * np.radians(feature.width_deg)
     else:
-        bottom = max(section_named(body, feature.within).outer_radius_m) - feature.depth_m
-        half = np.arctan2(0.5 * feature.width_m, bottom)
+        outer = max(section_named(body, feature.within).outer_radius_m)
+        if isinstance(feature, Slot):
+            half = np.arctan2(0.5 * feature.width_m, outer - feature.depth_m)
+        else:
+            half = np.arccos(feature.distance_m / outer)
     return np.array([-half, half]), np.array([-half, half])
 
 
 def _free_angle(body: Body, count: int) -> float:
-    """Angle of the cut of a sector without a mirror plane."""
+    """Angle of a plane, and all others that turns of 1/count take it to, for the cut."""
     sector = 2.0 * np.pi / count
     taken, edges = [], []
     for feature in body.features:
         (low, high), own = angles_of(feature, body)
-        for k in range(feature.count // count):
-            middle = np.radians(feature.angle_deg) + 2.0 * np.pi * k / feature.count
+        places = places_rad(feature)
+        for middle in places[: len(places) // gcd(feature.count, count)]:
             taken.append((middle + low, middle + high))
             edges.extend(middle + own)
     between = _between(np.array(taken), sector)

@@ -1,15 +1,26 @@
-"""Second-order tetrahedra of one sector of a body with blades, holes or slots.
+"""Second-order tetrahedra of a body with blades, holes, slots and the like: a sector or the whole.
 
-The sector is the revolved meridian with its features cut out or joined on. With a mirror plane it
-is the half of a sector, from one mirror plane to the next; else both cut faces get the same nodes.
+A sector is the revolved meridian with its features cut out or joined on. With a mirror plane it is
+the half of a sector, from one mirror plane to the next; else both cut faces get the same nodes.
+The whole of a body with less than three sectors is laid together from copies of such a part.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import gmsh
 import numpy as np
 
-from solidwhirl.geometry import Blade, Body, Material, Subdivision, merge_fillets, subdivide
+from solidwhirl.geometry import (
+    Blade,
+    Body,
+    Material,
+    Subdivision,
+    merge_fillets,
+    places_rad,
+    subdivide,
+)
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.own import drawing as drawn
 from solidwhirl.meshing.own.features.cut import Cut, angles_of, choose_cut
@@ -24,7 +35,7 @@ from solidwhirl.meshing.own.meridian import (
     node_table,
 )
 from solidwhirl.meshing.own.solid import distance_to_curve
-from solidwhirl.meshing.own.whole import cut_partners, turned
+from solidwhirl.meshing.own.whole import cut_partners, turned, whole_mesh
 from solidwhirl.meshing.records import (
     FloatArray,
     IntArray,
@@ -44,19 +55,40 @@ _SAME_ANGLE = 1e-9
 def mesh_sector(body: Body, size: MeshSize, local: LocalSize | None = None) -> Mesh:
     """Mesh one sector of a body with features with second-order tetrahedra.
 
-    `local`: element sizes over an earlier mesh of the sector, in place of those that corners,
-    thicknesses and features ask for. Returned: points (x, y, z) [m], the body turned such that the
-    sector begins at θ = 0. Blades stand among the sections by their names; their part inside a
-    section belongs to the section. Raises GeometryError: an invalid body, or one without features.
-    Raises MeshingError: gmsh failed, the cut faces do not match, or elements stay folded.
+    `body`: its symmetry is "cyclic". `local`: element sizes over an earlier mesh of the sector, in
+    place of those that corners, thicknesses and features ask for. Returned: points (x, y, z) [m],
+    the body turned such that the sector begins at θ = 0. Blades stand among the sections by their
+    names; their part inside a section belongs to the section. Raises GeometryError: an invalid
+    body, or one without features. Raises MeshingError: gmsh failed, the cut faces do not match, or
+    elements stay folded.
     """
-    subdivision = merge_fillets(subdivide(body))
+    return _mesh_part(body, size, local, choose_cut(body))
+
+
+def mesh_whole_body(body: Body, size: MeshSize, local: LocalSize | None = None) -> Mesh:
+    """Mesh the whole of a body with features with second-order tetrahedra.
+
+    `body`: its symmetry is "asymmetric". `local`: element sizes over an earlier mesh of the whole,
+    as of `mesh_sector`. Returned: points (x, y, z) [m] in the axes of the body, from whose x the
+    angles of features count. What the features leave unchanged, mirroring in a plane through the
+    axis or half a turn, leaves the mesh unchanged. Raises what `mesh_sector` raises.
+    """
     cut = choose_cut(body)
+    if local is not None:
+        local = replace(local, points=turned(local.points, -cut.angle_rad))
+    part = _mesh_part(body, size, local, cut)
+    whole = part if part.sector is None else whole_mesh(part)[0]
+    return replace(whole, points=turned(whole.points, cut.angle_rad))
+
+
+def _mesh_part(body: Body, size: MeshSize, local: LocalSize | None, cut: Cut) -> Mesh:
+    """Mesh what a cut leaves, turned such that it begins at θ = 0."""
+    subdivision = merge_fillets(subdivide(body))
     unit_m = drawn.drawing_unit_m(subdivision)
     with drawn.gmsh_session():
         solids = _draw(body, subdivision, cut, unit_m)
         faces = _cut_faces(cut)
-        if not cut.mirrored:
+        if not (cut.mirrored or cut.whole):
             _match(faces, cut)
         set_sizes(body, subdivision, size, local, solids, cut, unit_m)
         _generate()
@@ -84,25 +116,32 @@ def mesh_sector(body: Body, size: MeshSize, local: LocalSize | None = None) -> M
         outline=_outline(points, sides[0]),
         size=size,
         quality=quality,
-        sector=Sector(count=cut.count, mirrored=cut.mirrored, angle_rad=cut.angle_rad),
+        sector=None
+        if cut.whole
+        else Sector(count=cut.count, mirrored=cut.mirrored, angle_rad=cut.angle_rad),
     )
 
 
 def _draw(body: Body, subdivision: Subdivision, cut: Cut, unit_m: float) -> Solids:
-    """Draw the sector: the meridian revolved, what features take away, and what they add."""
+    """Draw the part: the meridian revolved, what features take away, and what they add."""
     occ = gmsh.model.occ
     drawing = drawn.draw(subdivision, unit_m)
-    swept = occ.revolve([(2, f) for f in drawing.faces], 0, 0, 0, 0, 0, 1, cut.width_rad)
+    swept = occ.revolve([(2, f) for f in drawing.faces], 0, 0, 0, 0, 0, 1, cut.swept_rad)
     rings = [pair for pair in swept if pair[0] == 3]
-    if len(rings) != len(drawing.faces):
-        raise MeshingError(f"{len(drawing.faces)} faces swept to {len(rings)} volumes")
+    count = len(drawing.faces)
+    if len(rings) != count:
+        raise MeshingError(f"{count} faces swept to {len(rings)} volumes")
+    if cut.whole:
+        others = occ.copy(rings)
+        occ.rotate(others, 0, 0, 0, 0, 0, 1, np.pi)
+        rings += others
     solids, owners = [], []
     for k in range(len(body.features)):
         for part in _copies(k, body, cut, unit_m):
             solids.append(part)
             owners.append(k)
     parts = occ.fragment(rings, solids)[1]
-    face = {tag: k for k in range(len(rings)) for _, tag in parts[k]}
+    face = {tag: k % count for k in range(len(rings)) for _, tag in parts[k]}
     blade: dict[int, int] = {}
     removed = set()
     for k, pieces in zip(owners, parts[len(rings) :], strict=True):
@@ -125,19 +164,20 @@ def _draw(body: Body, subdivision: Subdivision, cut: Cut, unit_m: float) -> Soli
 
 
 def _copies(index: int, body: Body, cut: Cut, unit_m: float) -> DimTags:
-    """Solids of all features of one set that the sector has a part of."""
+    """Solids of all features of one set that the part has a part of."""
     feature, width = body.features[index], cut.width_rad
     taken, edges = angles_of(feature, body)
-    first = np.radians(feature.angle_deg) - cut.angle_rad
-    turns = first + 2.0 * np.pi * np.arange(feature.count) / feature.count
-    turns = (turns + np.pi) % (2.0 * np.pi) - np.pi
+    turns = (places_rad(feature, cut.angle_rad) + np.pi) % (2.0 * np.pi) - np.pi
+    # as near to the part as can be, on either side of it
+    turns[turns < 0.5 * width - np.pi - _SAME_ANGLE] += 2.0 * np.pi
     if not isinstance(feature, Blade):
         near = [a for a in turns if a + taken[1] > 0.0 and a + taken[0] < width]
         return [pair for a in near for pair in feature_solid(feature, body, a, unit_m)]
     last = width + _SAME_ANGLE if cut.mirrored else width - _SAME_ANGLE
-    own = turns[(turns > -_SAME_ANGLE) & (turns < last)]
+    own = turns if cut.whole else turns[(turns > -_SAME_ANGLE) & (turns < last)]
     solids = [feature_solid(feature, body, a, unit_m)[0] for a in own]
-    if not cut.mirrored and own.min() + taken[0] >= 0.0 and own.max() + taken[1] <= width:
+    is_cut = own.min() + taken[0] < 0.0 or own.max() + taken[1] > width
+    if cut.whole or not (cut.mirrored or is_cut):
         return solids  # no root is cut: every sector has its own blades, wherever their tips are
     spans = [(a + edges.min(), a + edges.max()) for a in own]
     return [p for s, span in zip(solids, spans, strict=True) for p in _parts(s, span, cut)]
@@ -178,7 +218,7 @@ def _parts(solid: tuple[int, int], span: tuple[float, float], cut: Cut) -> DimTa
 
 
 def _cut_faces(cut: Cut) -> tuple[list[int], list[int]]:
-    """Faces in the first and in the last cut plane."""
+    """Faces in the first and in the last cut plane, or where the halves of a whole meet."""
     scale = float(np.abs(gmsh.model.getBoundingBox(-1, -1)).max())
     out: tuple[list[int], list[int]] = ([], [])
     for _, tag in gmsh.model.getEntities(2):
@@ -186,7 +226,7 @@ def _cut_faces(cut: Cut) -> tuple[list[int], list[int]]:
         points = [gmsh.model.getValue(0, t, []) for _, t in corners]
         points.append(gmsh.model.occ.getCenterOfMass(2, tag))
         x = np.array(points)
-        for side, angle in zip(out, (0.0, cut.width_rad), strict=True):
+        for side, angle in zip(out, (0.0, cut.swept_rad), strict=True):
             along = x[:, 0] * np.cos(angle) + x[:, 1] * np.sin(angle)
             off = x[:, 1] * np.cos(angle) - x[:, 0] * np.sin(angle)
             if np.abs(off).max() < _ON * scale and along.min() > -_ON * scale:
@@ -261,9 +301,9 @@ def _snapped(points: FloatArray, sides: tuple[IntArray, IntArray], cut: Cut) -> 
     out[first, 1] = 0.0
     axis = np.intersect1d(first, last)
     out[axis, :2] = 0.0
-    c, s = np.cos(cut.width_rad), np.sin(cut.width_rad)
+    c, s = np.cos(cut.swept_rad), np.sin(cut.swept_rad)
     along = out[last, 0] * c + out[last, 1] * s
-    if cut.mirrored:
+    if cut.mirrored or cut.whole:
         out[last, :2] = np.column_stack([along * c, along * s])
     else:
         source, target = cut_partners(out, cut.count, within=_ON)
@@ -280,7 +320,7 @@ def _snapped(points: FloatArray, sides: tuple[IntArray, IntArray], cut: Cut) -> 
 def _mended(points: FloatArray, cells: IntArray, cut: Cut) -> tuple[FloatArray, MeshQuality]:
     """Points without folded elements, and the quality; what is mended on one cut is on both."""
     straight, quality = checked_quality(points, cells, "sector")
-    if cut.mirrored or not quality.straightened_elements:
+    if cut.mirrored or cut.whole or not quality.straightened_elements:
         return straight, quality
     first, last = cut_partners(points, cut.count)
     moved = np.any(straight[last] != points[last], axis=1)

@@ -1,14 +1,26 @@
-"""Element sizes of a sector: those of its meridian, and those that its features ask for."""
+"""Element sizes of what is meshed: those of its meridian, and those that its features ask for."""
 
 from __future__ import annotations
 
 import gmsh
 import numpy as np
+from scipy.spatial import cKDTree
 
-from solidwhirl.geometry import Blade, Body, Hole, Section, Slot, Subdivision
+from solidwhirl.geometry import (
+    Blade,
+    Body,
+    Hole,
+    Recess,
+    RingCut,
+    Section,
+    Slot,
+    Subdivision,
+    places_rad,
+)
+from solidwhirl.geometry.feature_shapes import bottom_distance, hole_range
 from solidwhirl.meshing.own import drawing as drawn
 from solidwhirl.meshing.own.features.cut import Cut, section_named
-from solidwhirl.meshing.own.features.solids import Solids, slot_ranges
+from solidwhirl.meshing.own.features.solids import Solids
 from solidwhirl.meshing.records import FloatArray, LocalSize, MeshSize
 from solidwhirl.rotordyn.core.arrays import BoolArray
 
@@ -30,12 +42,12 @@ def set_sizes(
     cut: Cut,
     unit_m: float,
 ) -> None:
-    """Set gmsh's size field of a drawn sector.
+    """Set gmsh's size field of what is drawn.
 
-    `local`: sizes over an earlier mesh of the sector, in place of all others. Without: features
-    have `size.through_thickness` elements across blades; the re-entrant edges of blades and slots
-    are graded like the corners of the meridian. Either way `AROUND` is kept. `unit_m`: length [m]
-    that is drawn as 1.
+    `local`: sizes over an earlier mesh of it, in place of all others. Without: blades have
+    `size.through_thickness` elements across them; re-entrant edges of blades and recesses are
+    graded like the corners of the meridian. Either way `AROUND` is kept. `unit_m`: length [m] that
+    is drawn as 1.
     """
     # gmsh takes the smallest of this and of the size field
     gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", AROUND)
@@ -80,23 +92,25 @@ def _blade_bounds(body: Body, size: MeshSize, solids: Solids) -> list[tuple[floa
 def _graded_curves(
     body: Body, size: MeshSize, solids: Solids, cut: Cut, unit_m: float
 ) -> list[tuple[list[int], float]]:
-    """Curves with the element edge [m] asked for there: roots, bottoms of slots, holes."""
+    """Curves with the element edge [m] asked for there: roots, bottoms of recesses, holes."""
     tags = np.array([tag for _, tag in gmsh.model.getEntities(1)])
     middles = unit_m * np.array([_middle(tag) for tag in tags])
     angle = np.arctan2(middles[:, 1], middles[:, 0])
     near = _ON * float(np.abs(middles).max())
     off = np.hypot(middles[:, 0], middles[:, 1])
-    inner = np.minimum(np.abs(angle), np.abs(angle - cut.width_rad)) * off > near
+    inner = np.minimum(np.abs(angle), np.abs(angle - cut.swept_rad)) * off > near
     reentrant, out = inner & np.isin(tags, _root_curves(solids)), []
     for feature in body.features:
         if isinstance(feature, Blade):
             continue
         own = _own_frame(feature, middles, cut)
         section = section_named(body, feature.within)
-        if isinstance(feature, Slot):
-            reentrant |= inner & _inside_edges(feature, section, own, near)
+        if isinstance(feature, Hole):
+            wall = _on_wall(feature, section, own, near)
+            out.append((tags[wall], edge_at_hole(feature, size)))
+            reentrant |= inner & wall & _at_blind_end(feature, section, own, near)
         else:
-            out.append((tags[_on_wall(feature, section, own, near)], edge_at_hole(feature, size)))
+            reentrant |= inner & _inside_edges(feature, section, own, near)
     out.append((tags[reentrant], size.corner_size_m))
     return [([int(t) for t in on], edge) for on, edge in out if len(on)]
 
@@ -121,35 +135,58 @@ def _middle(curve: int) -> FloatArray:
     return np.array(gmsh.model.getValue(1, curve, [0.5 * (low[0] + high[0])]))
 
 
-def _own_frame(feature: Hole | Slot, points: FloatArray, cut: Cut) -> FloatArray:
+def _own_frame(feature: Hole | Recess, points: FloatArray, cut: Cut) -> FloatArray:
     """Points turned to the frame of the nearest of the equal features, whose middle is at θ = 0."""
-    pitch = 2.0 * np.pi / feature.count
+    middles = places_rad(feature, cut.angle_rad)
     angle = np.arctan2(points[:, 1], points[:, 0])
-    angle -= np.radians(feature.angle_deg) - cut.angle_rad
-    angle -= pitch * np.round(angle / pitch)
+    near = cKDTree(_unit_vectors(middles)).query(_unit_vectors(angle))[1]
+    angle = angle - middles[near]
     r = np.hypot(points[:, 0], points[:, 1])
     return np.column_stack([r * np.cos(angle), r * np.sin(angle), points[:, 2]])
 
 
-def _inside_edges(slot: Slot, section: Section, points: FloatArray, near: float) -> BoolArray:
-    """Whether points lie on an edge of a slot where two of its walls meet."""
-    bottom, outer = slot_ranges(slot, section)
+def _unit_vectors(angle: FloatArray) -> FloatArray:
+    return np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+def _inside_edges(recess: Recess, section: Section, points: FloatArray, near: float) -> BoolArray:
+    """Whether points lie on an edge of a recess where two of its walls meet."""
     x, y, z = points.T
-    walls = np.array([np.abs(x - bottom) < near, np.abs(np.abs(y) - 0.5 * slot.width_m) < near])
-    # an end of the slot is a wall only within the section
-    ends = [e for e in (slot.start_m, slot.end_m) if section.start_m < e < section.end_m]
-    walls = np.vstack([walls, *(np.abs(z - e)[None] < near for e in ends)])
-    within = (np.abs(y) < 0.5 * slot.width_m + near) & (x > bottom - near)
-    within &= (z > slot.start_m - near) & (z < slot.end_m + near)
-    surface = np.hypot(x, y) > outer - near
-    return np.asarray(within & ~surface & (walls.sum(axis=0) >= 2))
+    r, bottom = np.hypot(x, y), bottom_distance(recess, section)
+    # how far they are outside each wall; an end of the recess is one only within the section
+    outside = [bottom - (r if isinstance(recess, RingCut) else x)]
+    ends = [recess.start_m - z, z - recess.end_m]
+    if isinstance(recess, RingCut):
+        outside.append(r * (np.abs(np.arctan2(y, x)) - 0.5 * np.radians(recess.width_deg)))
+    elif isinstance(recess, Slot) and recess.ends == "round":
+        half = 0.5 * recess.width_m
+        beyond = np.maximum(np.maximum(ends[0], ends[1]) + half, 0.0)
+        outside.append(np.hypot(y, beyond) - half)
+        ends = []
+    elif isinstance(recess, Slot):
+        outside.append(np.abs(y) - 0.5 * recess.width_m)
+    inside = (recess.start_m > section.start_m, recess.end_m < section.end_m)
+    closed = [e for e, own in zip(ends, inside, strict=False) if own]
+    walls = np.array([*outside, *closed])
+    within = np.all(np.array([*outside, *ends]) < near, axis=0)
+    surface = r > max(section.outer_radius_m) - near
+    return np.asarray(within & ~surface & ((np.abs(walls) < near).sum(axis=0) >= 2))
 
 
 def _on_wall(hole: Hole, section: Section, points: FloatArray, near: float) -> BoolArray:
     """Whether points lie on the wall of a hole."""
     x, y, z = points.T
     off = np.abs(np.hypot(x - hole.pitch_radius_m, y) - 0.5 * hole.diameter_m)
-    return np.asarray((off < near) & (z > section.start_m - near) & (z < section.end_m + near))
+    start, end = hole_range(hole, section)
+    return np.asarray((off < near) & (z > start - near) & (z < end + near))
+
+
+def _at_blind_end(hole: Hole, section: Section, points: FloatArray, near: float) -> BoolArray:
+    """Whether points are at the height of the bottom of a blind hole."""
+    ends = zip(hole_range(hole, section), (section.start_m, section.end_m), strict=True)
+    blind = [own for own, end in ends if abs(own - end) > near]
+    off = [np.abs(points[:, 2] - e) for e in blind]
+    return np.asarray(np.min([np.full(len(points), np.inf), *off], axis=0) < near)
 
 
 def _from_curves(curves: list[int], edge: float, largest: float, growth: float) -> int:

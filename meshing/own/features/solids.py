@@ -1,4 +1,4 @@
-"""Blades, holes and slots as solids of the open gmsh model."""
+"""Blades, and what holes and recesses take away, as solids of the open gmsh model."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import gmsh
 import numpy as np
 
-from solidwhirl.geometry import Blade, Body, Feature, Hole, Section, Slot
+from solidwhirl.geometry import Blade, Body, Feature, Flat, Hole, Recess, RingCut, Section, Slot
+from solidwhirl.geometry.feature_shapes import bottom_distance, hole_range
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.own.drawing import drawn_length
 from solidwhirl.meshing.own.features.cut import blade_corners, root_outline, section_named
@@ -44,30 +45,63 @@ def feature_solid(feature: Feature, body: Body, angle_rad: float, unit_m: float)
     elif isinstance(feature, Hole):
         solid = _hole(feature, section_named(body, feature.within), unit_m)
     else:
-        solid = _slot(feature, section_named(body, feature.within), unit_m)
+        solid = _recess(feature, section_named(body, feature.within), unit_m)
     gmsh.model.occ.rotate(solid, 0, 0, 0, 0, 0, 1, angle_rad)
     return solid
 
 
-def slot_ranges(slot: Slot, section: Section) -> tuple[float, float]:
-    """Radii [m] of the bottom of a slot and of the section's surface."""
-    outer = max(section.outer_radius_m)
-    return outer - slot.depth_m, outer
-
-
 def _hole(hole: Hole, section: Section, unit_m: float) -> DimTags:
-    z0, z1 = (drawn_length(z, unit_m) for z in (section.start_m, section.end_m))
+    z0, z1 = (drawn_length(z, unit_m) for z in hole_range(hole, section))
     radius = drawn_length(0.5 * hole.diameter_m, unit_m)
     x = drawn_length(hole.pitch_radius_m, unit_m)
     return [(3, gmsh.model.occ.addCylinder(x, 0.0, z0, 0.0, 0.0, z1 - z0, radius))]
 
 
-def _slot(slot: Slot, section: Section, unit_m: float) -> DimTags:
-    bottom, outer = (drawn_length(r, unit_m) for r in slot_ranges(slot, section))
-    z0, z1 = (drawn_length(z, unit_m) for z in (slot.start_m, slot.end_m))
-    width = drawn_length(slot.width_m, unit_m)
-    top = (1.0 + _BEYOND) * outer
-    return [(3, gmsh.model.occ.addBox(bottom, -0.5 * width, z0, top - bottom, width, z1 - z0))]
+def _recess(recess: Recess, section: Section, unit_m: float) -> DimTags:
+    """A box, an extruded outline or a piece of a ring, from the bottom to beyond the surface."""
+    occ, outer = gmsh.model.occ, max(section.outer_radius_m)
+    bottom, top = (
+        drawn_length(r, unit_m) for r in (bottom_distance(recess, section), (1.0 + _BEYOND) * outer)
+    )
+    z0, z1 = (drawn_length(z, unit_m) for z in (recess.start_m, recess.end_m))
+    if isinstance(recess, RingCut):
+        return _ring_piece(np.radians(recess.width_deg), (bottom, top), (z0, z1))
+    if isinstance(recess, Slot) and recess.ends == "round":
+        outline = _stadium(bottom, drawn_length(0.5 * recess.width_m, unit_m), (z0, z1))
+        return [p for p in occ.extrude([(2, outline)], top - bottom, 0.0, 0.0) if p[0] == 3]
+    width = 2.0 * top if isinstance(recess, Flat) else drawn_length(recess.width_m, unit_m)
+    return [(3, occ.addBox(bottom, -0.5 * width, z0, top - bottom, width, z1 - z0))]
+
+
+def _ring_piece(
+    width_rad: float, radii: tuple[float, float], axial: tuple[float, float]
+) -> DimTags:
+    """A ring between two radial walls, about θ = 0."""
+    occ = gmsh.model.occ
+    (r0, r1), (z0, z1) = radii, axial
+    corners = [occ.addPoint(r, 0.0, z) for r, z in ((r0, z0), (r1, z0), (r1, z1), (r0, z1))]
+    face = occ.addPlaneSurface([_loop(corners)])
+    occ.rotate([(2, face)], 0, 0, 0, 0, 0, 1, -0.5 * width_rad)
+    return [p for p in occ.revolve([(2, face)], 0, 0, 0, 0, 0, 1, width_rad) if p[0] == 3]
+
+
+def _stadium(x: float, half: float, axial: tuple[float, float]) -> int:
+    """Face in the plane x between two half circles of a radius and the lines that join them."""
+    occ = gmsh.model.occ
+    z0, z1 = axial[0] + half, axial[1] - half
+    tips = [occ.addPoint(x, 0.0, z) for z in axial]
+    centres = [occ.addPoint(x, 0.0, z) for z in (z0, z1)]
+    left = [occ.addPoint(x, -half, z) for z in (z0, z1)]
+    right = [occ.addPoint(x, half, z) for z in (z0, z1)]
+    curves = [
+        occ.addLine(*left),
+        occ.addCircleArc(left[1], centres[1], tips[1]),
+        occ.addCircleArc(tips[1], centres[1], right[1]),
+        occ.addLine(right[1], right[0]),
+        occ.addCircleArc(right[0], centres[0], tips[0]),
+        occ.addCircleArc(tips[0], centres[0], left[0]),
+    ]
+    return int(occ.addPlaneSurface([occ.addCurveLoop(curves)]))
 
 
 def _blade(blade: Blade, section: Section, unit_m: float) -> DimTags:

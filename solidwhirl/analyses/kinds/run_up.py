@@ -19,11 +19,13 @@ from solidwhirl.core.blocks import AnalysisBlock, Table, Text, numbers
 from solidwhirl.core.fields import MOST, Finite, Name, NotNegative, Place, Positive
 from solidwhirl.core.outcome import Outcome, PageSection
 from solidwhirl.core.plain_data import Labels
-from solidwhirl.rotordyn import AssembledSystem
+from solidwhirl.rotordyn import AnalysisError, AssembledSystem
+from solidwhirl.rotordyn.asymmetric import RotatingSystem, growth_end, run_up_rotating
 from solidwhirl.rotordyn.core.atomic import replacing
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
 from solidwhirl.rotordyn.plots import run_up as plots
 from solidwhirl.rotordyn.plots.chart import Axis, Bars, Chart, Look, series_look
+from solidwhirl.rotordyn.response.unbalance import Unbalance
 from solidwhirl.rotordyn.response.unbalance_peaks import ResonancePeak, resonance_peaks
 from solidwhirl.rotordyn.run_up.complexity import (
     ComplexityComparison,
@@ -39,7 +41,7 @@ from solidwhirl.rotordyn.run_up.force_spectrum import (
 from solidwhirl.rotordyn.run_up.integration import run_up
 from solidwhirl.rotordyn.run_up.record import Divergence, EnergyBalance, RunUp
 from solidwhirl.rotordyn.run_up.response import NormalisedResponse, normalised_response
-from solidwhirl.rotordyn.run_up.speed_profile import ramp_and_hold
+from solidwhirl.rotordyn.run_up.speed_profile import SpeedProfile, ramp_and_hold
 from solidwhirl.rotordyn.superelement.invariants import Invariant, compared
 
 # Forces left over at an instant, over the largest there, and energy over a run.
@@ -80,6 +82,8 @@ class RunUpSpec(Analysis):
         *(".png", ".npz", "_spectrogram.png", "_waterfall.png", "_response.png"),
         "_complexity.png",
     )
+
+    of_bodies = "any"
 
     kind: Literal["run_up"]
     ramp_s: Positive
@@ -151,19 +155,22 @@ class RunUpSpec(Analysis):
         unbalances = [unbalance_of(u) for u in self.unbalances]
         every = max(1, round(self.sampling_hz / self.record_hz))
         start = time.perf_counter()
-        run = run_up(
-            engine.system,
-            profile,
-            unbalances,
-            step_s=1.0 / self.sampling_hz,
-            record_every=every,
-            outputs=[end_of(place) for place in self.observe],
-            bearings=[self.mount],
-            gravity_m_per_s2=self.gravity_m_per_s2,
-            drives=[end_of(place) for place in self.drives],
-        )
+        settings: dict[str, Any] = {
+            "step_s": 1.0 / self.sampling_hz,
+            "record_every": every,
+            "outputs": [end_of(place) for place in self.observe],
+            "bearings": [self.mount],
+            "gravity_m_per_s2": self.gravity_m_per_s2,
+            "drives": [end_of(place) for place in self.drives],
+        }
+        if engine.rotating is None:
+            run = run_up(engine.system, profile, unbalances, **settings)
+        else:
+            run = self._rotating(engine.rotating, profile, unbalances, settings)
         spent = time.perf_counter() - start
         document = _document(self, run, spent)
+        if engine.rotating is not None:
+            document["growth_ends"] = _growth_document(run)
         record = {f"{self.label}.npz": partial(_write_record, run, {})}
         if run.stopped is not None:  # spectra of growing motion tell nothing
             return Outcome(
@@ -186,8 +193,23 @@ class RunUpSpec(Analysis):
             document=document,
             files={f"{self.label}.npz": partial(_write_record, run, responses)},
             headline=f"largest mount force {document['largest_mount_force_n']:.4g} N, "
-            f"{profile.duration_s:g} s simulated in {spent:.1f} s",
+            f"{_growth_text(document)}{profile.duration_s:g} s simulated in {spent:.1f} s",
         )
+
+    def _rotating(
+        self,
+        rotating: RotatingSystem,
+        profile: SpeedProfile,
+        unbalances: Sequence[Unbalance],
+        settings: dict[str, Any],
+    ) -> RunUp:
+        """The run-up of asymmetric bodies, whose own unbalance acts too."""
+        if self.compare_flexible:
+            raise AnalysisError(
+                "compare_flexible holds bodies rigid in turn, which needs bodies that are the same "
+                "in all directions; leave it out"
+            )
+        return run_up_rotating(rotating, profile, unbalances, **settings)
 
     def pictures(self, found: Found) -> Mapping[str, Charts]:
         """Speeds and force over the time, its spectra, and the normalised responses."""
@@ -294,6 +316,21 @@ class RunUpSpec(Analysis):
     def scalars(cls, document: Mapping[str, Any]) -> Scalars:
         """Yield the largest force."""
         yield f"{document['mount']}.largest_force_n", document["largest_mount_force_n"]
+
+
+def _growth_document(run: RunUp) -> dict[str, float] | None:
+    """When and where the motion of an asymmetric rotor is largest; None: not inside the run."""
+    end = growth_end(run)
+    return end and {
+        "time_s": end.time_s,
+        "speed_rpm": end.speed_rad_s * RPM_PER_RAD_S,
+        "amplitude_m": end.amplitude_m,
+    }
+
+
+def _growth_text(document: Mapping[str, Any]) -> str:
+    end = document.get("growth_ends")
+    return f"motion grows until {end['speed_rpm']:.0f} rpm, " if end else ""
 
 
 def _document(spec: RunUpSpec, run: RunUp, spent: float) -> dict[str, Any]:

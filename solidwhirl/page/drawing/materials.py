@@ -34,7 +34,7 @@ def sections_table(scene: Scene, geometry: Mapping[str, Body]) -> Iterator[Table
 
 
 def features_table(geometry: Mapping[str, Body]) -> Iterator[Table]:
-    """Yield blades, holes and slots of all bodies, with what all of a set weigh."""
+    """Yield blades, holes, ... of all bodies, with what all of a set weigh."""
     rows = [
         (f"{name}: {f.name}", f.kind, str(f.count), f.section, f.material, f.mass_kg)
         for name, body in geometry.items()
@@ -42,10 +42,10 @@ def features_table(geometry: Mapping[str, Body]) -> Iterator[Table]:
     ]
     if rows:
         yield Table(
-            folded=f"Blades, holes and slots ({len(rows)})",
+            folded=f"Blades, holes, slots and the like ({len(rows)})",
             head=("set", "what", "number", "section", "material", "mass of all [kg]"),
             rows=rows,
-            caption="What holes and slots take away has a negative mass.",
+            caption="What is taken away has a negative mass.",
         )
 
 

@@ -17,7 +17,7 @@ from solidwhirl.drawing.engine import (
 from solidwhirl.drawing.shapes import Group, Line, Polygon, Words
 from solidwhirl.model.bodies import build_bodies
 from solidwhirl.pipeline.run import run_scene
-from solidwhirl.scene_reading.reader import read_scene
+from solidwhirl.scene_reading.reader import parse_scene, read_scene
 
 SCENES = Path(__file__).resolve().parents[3] / "scenes"
 
@@ -87,4 +87,43 @@ def test_blades_are_drawn_with_their_number():
     (first, _) = (s.points for s in rows["drum: row_3, 37 blades, titanium"][:2])
     # rounding of a difference of heights some hundred units large
     np.testing.assert_allclose(np.ptp(first[:, 1]) / scale, 0.042, rtol=1e-12)
-    assert "blades, holes and slots" in engine_caption(scene, [body])
+    assert "hatching: blades from the side" in engine_caption(scene, [body])
+
+
+def test_what_stands_in_one_place_is_drawn_on_its_side(small_scene):
+    """A keyway below the axis, flats on both sides of it."""
+    shaft = {"name": "shaft", "start_m": 0.0, "end_m": 0.4, "outer_radius_m": 0.02}
+    key = {"name": "key", "in": "shaft", "width_m": 0.006, "depth_m": 0.004, "angle_deg": 180.0}
+    flats = {"name": "wrench", "in": "shaft", "count": 2, "distance_m": 0.018}
+    rotor = {
+        "sections": [shaft],
+        "interfaces": [],
+        "keyways": [{**key, "start_m": 0.1, "end_m": 0.2}],
+        "flats": [{**flats, "start_m": 0.3, "end_m": 0.35}],
+    }
+    data = small_scene(body=rotor)
+    data["bearings"] = []
+    scene = parse_scene(data)
+    profile = build_bodies(scene)["rotor"]
+    body = Silhouette(
+        name="rotor",
+        kind="cut",
+        areas_m=tuple(p.corners_m for p in profile_parts(profile)),
+        nodes_m={},
+        seats_m={},
+        disks=(),
+        center_m=(0.2, 0.0),
+        speed_ratio=1.0,
+        features=profile_features(profile),
+    )
+    drawing = engine_drawing(scene, [body], (1040.0, 560.0), (), ())
+    group = next(s for s in drawing.shapes if isinstance(s, Group) and s.title == "rotor")
+    sides = {
+        s.title: [p.points[:, 1].mean() for p in s.shapes if isinstance(p, Polygon)]
+        for s in group.shapes
+        if isinstance(s, Group)
+    }
+    (below,), flat = sides["rotor: key, 1 keyways, steel"], sides["rotor: wrench, 2 flats, steel"]
+    # heights count downwards
+    assert len(flat) == 2 and below > np.mean(flat)
+    assert "keyways and flats from the side" in engine_caption(scene, [body])

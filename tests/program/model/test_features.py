@@ -1,4 +1,4 @@
-"""Blades, holes and slots of a scene: what geometry gets, and on which level bodies are."""
+"""Blades, holes, slots and the like of a scene: what geometry gets, on which level bodies are."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from simplex import mesh_mass_kg
 
 from solidwhirl.bodies.fidelity import chosen_level
 from solidwhirl.bodies.reduction import first_discretisation, mesh_body
-from solidwhirl.geometry import GeometryError, mass_properties
+from solidwhirl.geometry import GeometryError, mass_properties, symmetry
 from solidwhirl.model.bodies import build_bodies
 from solidwhirl.model.effects import make_plan
 from solidwhirl.scene_reading.reader import parse_scene, scene_hash, with_model
@@ -45,6 +45,25 @@ def test_features_reach_geometry(twin):
     assert (blade.stagger_deg, blade.material.name) == ((0.0, 30.0), "steel")
     assert (hole.angle_deg, hole.diameter_m) == (10.0, 0.01)
     assert (slot.start_m, slot.end_m, slot.count) == (0.0, 0.05, 3)
+    shaft, disk = inner.sections[0], (inner.sections[1].start_m, inner.sections[1].end_m)
+    radius, ends = max(shaft.outer_radius_m), {"start_m": 0.06, "end_m": 0.07}
+    cut = {"in": "disk", "width_deg": 30.0, "depth_m": 0.01, "start_m": disk[0], "end_m": disk[1]}
+    added = build_bodies(
+        twin(
+            holes=[{**BOLTS, "count": 2, "end_m": 0.5 * sum(disk)}],
+            slots=[{**KEYS, "count": 2, "per_group": 2, "pitch_deg": 40.0}],
+            keyways=[{**KEYS, "name": "key", "count": 1, "angle_deg": 90.0, "end_m": 0.04}],
+            flats=[{"name": "wrench", "in": "shaft", "distance_m": 0.9 * radius, **ends}],
+            cuts=[{"name": "gap", **cut}],
+        )
+    )["inner"]
+    hole, slot, keyway, flat, gap = added.features
+    assert (hole.start_m, hole.end_m) == (None, 0.5 * sum(disk))
+    assert (slot.per_group, slot.pitch_deg, slot.ends) == (2, 40.0, "square")
+    assert (keyway.kind, keyway.count, keyway.ends) == ("keyways", 1, "round")
+    assert (flat.count, flat.distance_m) == (1, 0.9 * radius)
+    assert (gap.count, gap.width_deg, gap.depth_m) == (1, 30.0, 0.01)
+    assert symmetry(added) == "asymmetric"
     with pytest.raises(GeometryError, match=r"^bodies\.inner: .*'fan' and blades 'more' meet"):
         build_bodies(scene)
 
@@ -85,7 +104,12 @@ def test_features_are_never_left_out_of_a_mesh(twin):
 
 def test_scenes_without_features_say_nothing_of_them(twin):
     plain, with_holes = twin(), twin(holes=[BOLTS])
-    assert not {"blades", "holes", "slots"} & set(plain.model_dump()["bodies"]["inner"])
+    kinds = {"blades", "holes", "slots", "keyways", "flats", "cuts"}
+    assert not kinds & set(plain.model_dump()["bodies"]["inner"])
+    # keys that came later are in no hash of a scene that does not use them
+    dumped = twin(holes=[BOLTS], slots=[KEYS]).model_dump(by_alias=True)["bodies"]["inner"]
+    assert set(dumped["holes"][0]) == set(BOLTS)
+    assert set(dumped["slots"][0]) == {*KEYS, "angle_deg"}
     assert plain.bodies["inner"].blades == ()
     assert scene_hash(plain) == scene_hash(twin(holes=[]))
     assert scene_hash(plain) != scene_hash(with_holes)

@@ -1,0 +1,60 @@
+"""Motions to which a periodic system is held while its unstable ranges are searched."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import scipy.linalg as la
+
+from solidwhirl.rotordyn.asymmetric.periodic import PeriodicSystem, Term, TurnedLaw
+from solidwhirl.rotordyn.core.arrays import FloatArray
+
+# Amplitude of what the others answer to a mode from which it is taken in.
+_ANSWER = 3e-3
+
+
+def held_to(system: PeriodicSystem, basis: FloatArray) -> PeriodicSystem:
+    """Return a system in the coordinates p of q = B p, B (n, r)."""
+
+    def terms(every: Sequence[Term]) -> tuple[Term, ...]:
+        return tuple(Term(h, p, basis.T @ a @ basis) for h, p, a in every)
+
+    return PeriodicSystem(
+        mass=basis.T @ system.mass @ basis,
+        velocity=terms(system.velocity),
+        stiffness=terms(system.stiffness),
+        acceleration=terms(system.acceleration),
+        laws=tuple(
+            TurnedLaw(
+                replace(law.joint, motion=law.joint.motion @ basis),
+                {h: part @ basis for h, part in law.motion.items()},
+            )
+            for law in system.laws
+        ),
+    )
+
+
+def search_basis(system: PeriodicSystem, fastest_1_s: float, speed_rad_s: float) -> FloatArray:
+    """Return motions B (n, r) with Bᵀ M B = 1.
+
+    Modes at rest up to the rate `fastest_1_s`, and what all others answer, as springs alone, to the
+    forces that the modes meet at the speed by all other terms of the matrices.
+    """
+    lower = la.cholesky(system.mass, lower=True)
+    velocity, stiffness = system.at(speed_rad_s)
+    own = system.at(0.0)[1].get(0, np.zeros_like(system.mass))
+    own = 0.5 * (own + own.T)
+    squared, modes = la.eigh(own, system.mass)
+    slow = np.abs(squared) <= fastest_1_s**2
+    kept, others = modes[:, slow], modes[:, ~slow]
+    if not others.size:
+        return np.asarray(modes)
+    stiffness[0] = stiffness.get(0, 0.0) - own
+    parts = [*stiffness.values(), *(fastest_1_s * part for part in velocity.values())]
+    met = [side @ kept for part in parts for side in (part.real, part.imag)]
+    answers = (others / squared[~slow]) @ (others.T @ np.hstack(met))
+    directions, size, _ = la.svd(lower.T @ answers, full_matrices=False)
+    added = la.solve_triangular(lower, directions[:, size > _ANSWER], lower=True, trans="T")
+    return np.hstack((kept, added))

@@ -1,0 +1,260 @@
+"""The Campbell diagram of an engine with asymmetric bodies, in the frame that turns with them.
+
+A motion e^{λt} Σ e^{ihθ} q_h is seen in fixed axes at all frequencies |Im λ + kΩ| at once: its
+lines, each with its part of the motion. That is what splits one branch into a strong line and its
+sidebands.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import scipy.linalg as la
+from scipy.optimize import linear_sum_assignment
+
+from solidwhirl.rotordyn.assembly.parts import End
+from solidwhirl.rotordyn.asymmetric.assembly import RotatingSystem
+from solidwhirl.rotordyn.asymmetric.basis import held_to, search_basis
+from solidwhirl.rotordyn.asymmetric.hill import hill_block
+from solidwhirl.rotordyn.asymmetric.periodic import Harmonics, PeriodicSystem, Term
+from solidwhirl.rotordyn.asymmetric.response import seen
+from solidwhirl.rotordyn.campbell.diagram import Campbell
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, ReadOnlyArrays
+from solidwhirl.rotordyn.core.errors import AnalysisError
+from solidwhirl.rotordyn.stability.eigenvalue_paths import Spectral, prepared, solve, with_slopes
+
+# Harmonics on either side of an expansion.
+_ORDER = 3
+# What a change of shape weighs beside one of the eigenvalue where branches are followed.
+_SHAPE = 0.3
+# A speed at which the turn says nothing: matrices are those of one angle.
+_AT_REST = 1e-9
+# Modes that the branches are sought in, over the fastest of their lines.
+_FAST = 2.0
+# Circles that differ by less are a line; decrements below this are rounding.
+_LINE, _UNDAMPED = 1e-2, 1e-9
+_SEEN = ("line_rad_s", "forward", "backward", "axial", "inside")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class RotatingDiagram(ReadOnlyArrays):
+    """Hold the branches of an engine over the speed of the frame, and the lines they are seen at.
+
+    `speeds_rad_s`: of the frame, (s,). `eigenvalues`: λ in the frame, 1/s, (b, s). `multiples`: k
+    of the lines, (k,). `line_rad_s`: |Im λ + kΩ|, seen in fixed axes, (b, k, s). `forward`,
+    `backward`, `axial`: part of each line in the motion of turning interfaces, circles about +z and
+    −z, and motion along and about the axis, (b, k, s); their sum over k is 1. `inside`: part of the
+    frequency |Im λ + kΩ| in the frame, by the kinetic energy, (b, k, s).
+    """
+
+    speeds_rad_s: FloatArray
+    eigenvalues: ComplexArray
+    multiples: IntArray
+    line_rad_s: FloatArray
+    forward: FloatArray
+    backward: FloatArray
+    axial: FloatArray
+    inside: FloatArray
+
+    @property
+    def share(self) -> FloatArray:
+        """Part of each line in fixed axes, (b, k, s)."""
+        return np.asarray(self.forward + self.backward + self.axial)
+
+    def strongest(self) -> IntArray:
+        """Return which line of each branch is the strongest, (b, s)."""
+        return np.asarray(self.share.argmax(axis=1))
+
+
+def rotating_diagram(
+    rotating: RotatingSystem, speeds_rad_s: npt.ArrayLike, branch_count: int
+) -> RotatingDiagram:
+    """Follow the slowest motions of an engine over the speed of its frame.
+
+    `speeds_rad_s`: rising, not negative, (s,). `branch_count`: motions of lowest frequency at the
+    first speed. Raises AnalysisError: speeds that are none.
+    """
+    speeds = np.asarray(speeds_rad_s, dtype=float)
+    if speeds.ndim != 1 or not speeds.size or (speeds < 0).any() or (np.diff(speeds) <= 0).any():
+        raise AnalysisError("speeds_rad_s must rise, and none be negative")
+    basis = _slow_motions(rotating.periodic, float(speeds.max()), branch_count)
+    states = [_motions(rotating.periodic, float(speed), basis) for speed in speeds]
+    order = np.argsort(np.abs(states[0].values))
+    still = _AT_REST * float(np.abs(states[0].values).max(initial=0.0))
+    slow = [k for k in order if states[0].values[k].imag > still]
+    columns = [np.array(slow[:branch_count], dtype=int)]
+    for before, after in zip(states[:-1], states[1:], strict=True):
+        columns.append(_followed(rotating.periodic, before, after, columns[-1]))
+    reach = 1 + _ORDER * rotating.periodic.stride
+    multiples = np.arange(-reach, reach + 1)
+    ends = _turning_ends(rotating)
+    lines = [
+        [_lines(rotating, state, k, ends, multiples) for k in chosen]
+        for state, chosen in zip(states, columns, strict=True)
+    ]
+    seen_at = np.array(lines).transpose(2, 1, 3, 0)
+    values = np.array([state.values[c] for state, c in zip(states, columns, strict=True)]).T
+    return RotatingDiagram(
+        speeds_rad_s=speeds,
+        eigenvalues=values,
+        multiples=multiples,
+        **dict(zip(_SEEN, seen_at, strict=True)),
+    )
+
+
+class _State(NamedTuple):
+    """All motions at one speed: λ, dλ/dΩ, and parts by harmonic (h, n, m)."""
+
+    speed: float
+    values: ComplexArray
+    slopes: ComplexArray
+    harmonics: IntArray
+    parts: ComplexArray
+
+
+def _slow_motions(periodic: PeriodicSystem, top: float, branch_count: int) -> FloatArray:
+    """Motions (n, r) that the branches are sought in: all of them where no harmonics multiply them.
+
+    Those at rest up to twice the frequency of the highest branch with all its sidebands, and what
+    others answer as springs.
+    """
+    if not periodic.stride:
+        return np.eye(periodic.size)
+    own = periodic.at(0.0)[1][0].real
+    squared = la.eigvalsh(0.5 * (own + own.T), periodic.mass)
+    last = np.sqrt(abs(squared[min(branch_count, len(squared) - 1)]))
+    fastest = _FAST * (last + _ORDER * periodic.stride * top)
+    return search_basis(periodic, float(fastest), top)
+
+
+def _motions(periodic: PeriodicSystem, speed: float, basis: FloatArray) -> _State:
+    """Motions that count at a speed; near rest those of the engine at one angle."""
+    periodic = held_to(periodic, basis)
+    own = periodic.at(0.0)[1][0]
+    rate = float((np.diag(own).real / np.diag(periodic.mass)).max())
+    turning = periodic if speed > _AT_REST * np.sqrt(rate) else _frozen(periodic)
+    order = _ORDER if turning.stride else 0
+    block = prepared(hill_block(turning, order), rate, 0.5 * speed, max(speed, 1.0))
+    found: Spectral = with_slopes(block, solve(block, speed), "both")
+    kept = np.flatnonzero(found.counted)
+    harmonics = turning.stride * np.arange(-order, order + 1)
+    parts = basis @ found.right[:, kept].reshape(len(harmonics), periodic.size, -1)
+    return _State(speed, found.values[kept], found.slopes[kept], harmonics, parts)
+
+
+def _frozen(periodic: PeriodicSystem) -> PeriodicSystem:
+    """The system at the angle 0, at rest."""
+    velocity, stiffness = periodic.at(0.0)
+    terms = [
+        (Term(0, 0, np.sum([a.real for a in parts.values()], axis=0)),) if parts else ()
+        for parts in (velocity, stiffness)
+    ]
+    return PeriodicSystem(mass=periodic.mass, velocity=terms[0], stiffness=terms[1])
+
+
+def _followed(
+    periodic: PeriodicSystem, before: _State, after: _State, chosen: IntArray
+) -> IntArray:
+    """Motions at the next speed that go on with those chosen, each with another."""
+    step = after.speed - before.speed
+    expected = before.values[chosen] + step * before.slopes[chosen]
+    arrived = after.values - step * after.slopes
+    near = np.minimum(
+        np.abs(expected[:, None] - after.values), np.abs(before.values[chosen][:, None] - arrived)
+    )
+    scale = np.abs(before.values[chosen])[:, None] + step
+    overlap = _overlap(periodic, before, after, chosen)
+    cost = near / scale + _SHAPE * (1.0 - overlap)
+    rows, columns = linear_sum_assignment(cost)
+    return np.asarray(columns[np.argsort(rows)])
+
+
+def _overlap(
+    periodic: PeriodicSystem, before: _State, after: _State, chosen: IntArray
+) -> FloatArray:
+    """MAC of the mean of harmonics near the zeroth in the metric of the mass, (c, m)."""
+    first, second = _main(before)[:, chosen], _main(after)
+    weighted = periodic.mass @ second
+    product = np.abs(first.conj().T @ weighted) ** 2
+    sizes = [
+        np.einsum("im,ij,jm->m", a.conj(), periodic.mass, a).real for a in (first, second)
+    ]  # fmt: skip
+    return np.asarray(product / np.maximum(np.outer(*sizes), np.finfo(float).tiny))
+
+
+def _main(state: _State) -> ComplexArray:
+    """The part of the zeroth harmonic of every motion, (n, m)."""
+    return np.asarray(state.parts[len(state.harmonics) // 2])
+
+
+def _lines(
+    rotating: RotatingSystem, state: _State, mode: int, ends: list[End], multiples: IntArray
+) -> FloatArray:
+    """What `_SEEN` names of one motion, (5, k)."""
+    motion: Harmonics = {int(h): state.parts[k][:, mode] for k, h in enumerate(state.harmonics)}
+    rate = state.values[mode].imag + state.speed * multiples
+    circles, inside = np.zeros((3, len(multiples))), np.zeros(len(multiples))
+    first = int(multiples[0])
+    for end in ends:
+        arm = _gyration(rotating, end)
+        for h, u in seen(rotating.seat(end), motion).items():
+            sides = (u[0] + 1j * u[1], u[0] - 1j * u[1])
+            circles[:2, h - first] += [0.5 * abs(side) ** 2 for side in sides]
+            circles[2, h - first] += abs(u[2]) ** 2 + abs(arm * u[5]) ** 2
+    for h, q in motion.items():
+        inside[h - first] = float((q.conj() @ rotating.periodic.mass @ q).real)
+    if not state.speed:
+        # all lines are one
+        circles[:, -first] = circles.sum(axis=1)
+        circles[:, np.arange(len(multiples)) != -first] = 0.0
+    # x + iy of a circle e^{irt} turns about +z where r > 0
+    ahead = rate * rotating.sense >= 0.0
+    sides = (np.where(ahead, circles[k], circles[1 - k]) for k in (0, 1))
+    total, energy = float(circles.sum()) or 1.0, float(inside.sum()) or 1.0
+    shares = [part / total for part in (*sides, circles[2])]
+    return np.array([np.abs(rate), *shares, inside / energy])
+
+
+def _gyration(rotating: RotatingSystem, end: End) -> float:
+    """Radius of gyration of a body about the axis, m: what a turn moves it by."""
+    element = rotating.system.rotors[end.body].element
+    return float(np.sqrt(element.inertia_kg_m2[2, 2] / element.mass_kg))
+
+
+def _turning_ends(rotating: RotatingSystem) -> list[End]:
+    return [
+        End(body=name, interface=node.name)
+        for name, rotor in rotating.system.rotors.items()
+        if rotor.speed_ratio != 0
+        for node in rotor.element.interfaces
+        if {"ux", "uy"} <= set(rotor.element.components_at(node.name))
+    ]
+
+
+def as_campbell(found: RotatingDiagram, frame_ratio: float) -> Campbell:
+    """Return the strongest line of each branch as a diagram in fixed axes.
+
+    Over the speed of the reference shaft. Decrements are those of that line.
+    """
+    pick = found.strongest()[:, None, :]
+    hertz, forward, backward = (
+        np.take_along_axis(a, pick, axis=1)[:, 0]
+        for a in (found.line_rad_s / (2.0 * np.pi), found.forward, found.backward)
+    )
+    lateral = forward + backward
+    whirl = np.where(forward > backward, "forward", "backward").astype("U8")
+    planar = np.abs(forward - backward) <= _LINE * np.maximum(lateral, _LINE)
+    growth = found.eigenvalues.real
+    decrement = np.divide(-growth, hertz, out=np.zeros_like(growth), where=hertz > 0)
+    return Campbell(
+        speeds_rad_s=found.speeds_rad_s / abs(frame_ratio),
+        eigenvalues=growth + 2j * np.pi * hertz,
+        frequency_hz=hertz,
+        log_decrement=np.where(np.abs(decrement) <= _UNDAMPED, 0.0, decrement),
+        whirl=np.where(planar | (lateral <= 0.5 * _LINE), "planar", whirl),
+        overlap=np.ones_like(hertz),
+        notes=(),
+    )

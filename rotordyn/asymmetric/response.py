@@ -1,0 +1,199 @@
+"""Steady motion of a system in the frame that turns with it, and what of it is seen at rest."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+import scipy.linalg as la
+
+from solidwhirl.rotordyn.assembly.parts import Bearing, End
+from solidwhirl.rotordyn.asymmetric.assembly import RotatingSystem
+from solidwhirl.rotordyn.asymmetric.hill import hill_block
+from solidwhirl.rotordyn.asymmetric.periodic import Harmonics, PeriodicSystem, Term
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, ReadOnlyArrays
+from solidwhirl.rotordyn.core.errors import AnalysisError
+from solidwhirl.rotordyn.response.orbits import OrbitRecord
+
+# Part of the largest harmonic below which the last ones of an expansion have to be; and how many
+# there may be.
+_SMALL, _MOST = 1e-9, 12
+# What stiffness does to free motions, relative to others; and how far above the speed these are
+# held.
+_FREE, _FAR_ABOVE = 1e-7, 100.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class SteadyResponse(OrbitRecord):
+    """Hold steady motion at interfaces in fixed axes, by multiples of the speed of the frame.
+
+    `speeds_rad_s`: of the frame, shape (s,). `multiples`: h, rising from 0, shape (h,).
+    `translation_m`, `tilt_rad`: complex amplitudes of ux, uy and of rx, ry with the time factor
+    e^{ihθ}, shape (s, h, nodes, 2); of h = 0 the constant motion. `bearing_forces`: by bearing,
+    that its first side exerts on its second, N and N m, shape (s, h, 6).
+    """
+
+    speeds_rad_s: FloatArray
+    multiples: IntArray
+    nodes: tuple[End, ...]
+    translation_m: ComplexArray
+    tilt_rad: ComplexArray
+    bearing_forces: Mapping[str, ComplexArray]
+
+
+def steady_motion(periodic: PeriodicSystem, speed_rad_s: float, loads: Harmonics) -> Harmonics:
+    """Return q = Σ e^{ihθ} q_h, (n,) each, of a steady motion under loads Σ e^{ihθ} f_h.
+
+    Harmonics are added until the last ones are small. Raises AnalysisError: they do not become so,
+    or an undamped resonance is hit exactly.
+    """
+    stride = periodic.stride
+    groups: dict[int, Harmonics] = {}
+    for harmonic, load in loads.items():
+        groups.setdefault(harmonic % stride if stride else harmonic, {})[harmonic] = load
+    out: Harmonics = {}
+    for offset, given in groups.items():
+        first = max((abs(h - offset) // stride for h in given), default=0) if stride else 0
+        for order in range(first + 1, first + _MOST):
+            found = _expanded(periodic, speed_rad_s, given, offset, order if stride else 0)
+            sizes = {h: float(np.abs(q).max()) for h, q in found.items()}
+            ends = (min(found), max(found))
+            if not stride or max(sizes[h] for h in ends) <= _SMALL * max(sizes.values()):
+                break
+        else:
+            raise AnalysisError(
+                f"the harmonics of the steady motion at {speed_rad_s:.6g} rad/s do not die out"
+            )
+        out |= found
+    return out
+
+
+def _expanded(
+    periodic: PeriodicSystem, speed: float, given: Harmonics, offset: int, order: int
+) -> Harmonics:
+    """Motion with the harmonics offset + k · stride, −order <= k <= order."""
+    n, stride = periodic.size, periodic.stride
+    matrix = dynamic_stiffness(periodic, speed, offset, order)
+    harmonics = [offset + k * stride for k in range(-order, order + 1)]
+    load = np.concatenate([given.get(h, np.zeros(n)) for h in harmonics]).astype(complex)
+    try:
+        found = la.solve(matrix, load, check_finite=False)
+    except la.LinAlgError as error:
+        raise AnalysisError(f"an undamped resonance at {speed:.10g} rad/s") from error
+    return dict(zip(harmonics, found.reshape(len(harmonics), n), strict=True))
+
+
+def held_where_free(periodic: PeriodicSystem, speed_rad_s: float) -> PeriodicSystem:
+    """Return a system whose free motions, on which no stiffness acts at any speed, are held.
+
+    A shaft that may turn about its axis or slide along it has no answer to a steady load there. The
+    stiffness puts their frequency far above `speed_rad_s`, the highest that is looked at.
+    """
+    acting = [t.matrix for t in periodic.stiffness]
+    for _, motion in periodic.laws:
+        acting += [part.T @ part for part in motion.values()]
+    root = np.sqrt(np.diag(periodic.mass))
+    rows = np.vstack([m for a in acting for m in ((a / root).real, (a / root).imag)])
+    sizes = np.abs(rows).max(axis=1, initial=0.0)
+    rows = rows[sizes > 0.0] / sizes[sizes > 0.0, None]
+    _, values, vectors = la.svd(rows, full_matrices=True)
+    rank = int((values > _FREE * values.max(initial=0.0)).sum())
+    if rank == periodic.size:
+        return periodic
+    momentum = periodic.mass @ (vectors[rank:].T / root[:, None])
+    held = (_FAR_ABOVE * speed_rad_s) ** 2 * momentum @ momentum.T
+    return replace(periodic, stiffness=(*periodic.stiffness, Term(0, 0, held)))
+
+
+def dynamic_stiffness(
+    periodic: PeriodicSystem, speed_rad_s: complex, offset: int, order: int
+) -> ComplexArray:
+    """Return λ²M + λV + K of Hill's expansion at λ = i · offset · speed."""
+    block = hill_block(periodic, order)
+    velocity, stiffness = block.at(speed_rad_s)  # type: ignore[arg-type]
+    rate = 1j * offset * speed_rad_s
+    return np.asarray(rate**2 * block.mass + rate * velocity + stiffness)
+
+
+def steady_response(
+    rotating: RotatingSystem,
+    speeds_rad_s: npt.ArrayLike,
+    *,
+    constant: Harmonics | None = None,
+    centrifugal: FloatArray | None = None,
+) -> SteadyResponse:
+    """Return the steady motion of all interfaces over the speed of the frame.
+
+    `constant`: loads by harmonic, (n,) each, as of `gravity_force` and `bow_force`. `centrifugal`:
+    load at unit speed that turns with the frame, (n,), as of `own_unbalance`.
+    """
+    speeds = np.atleast_1d(np.asarray(speeds_rad_s, dtype=float))
+    periodic = held_where_free(rotating.periodic, float(speeds.max(initial=1.0)))
+    nodes = tuple(
+        End(body=name, interface=node.name)
+        for name, rotor in rotating.system.rotors.items()
+        for node in rotor.element.interfaces
+    )
+    seats = [rotating.seat(node) for node in nodes]
+    moved, forces = [], []
+    for speed in speeds:
+        loads = dict(constant or {})
+        if centrifugal is not None:
+            loads[0] = loads.get(0, 0.0) + speed**2 * centrifugal
+        found = steady_motion(periodic, float(speed), loads)
+        moved.append([seen(seat, found) for seat in seats])
+        forces.append([_forces(rotating, b, found, float(speed)) for b in rotating.system.bearings])
+    top = max((h for at in moved for node in at for h in node), default=0)
+    motion = np.array([[_amplitudes(node, top) for node in at] for at in moved])
+    force = {
+        bearing.name: np.array([_amplitudes(at[k], top) for at in forces])
+        for k, bearing in enumerate(rotating.system.bearings)
+    }
+    motion = motion.transpose(0, 2, 1, 3)
+    return SteadyResponse(
+        speeds_rad_s=speeds,
+        multiples=np.arange(top + 1),
+        nodes=nodes,
+        translation_m=motion[..., :2],
+        tilt_rad=motion[..., 3:5],
+        bearing_forces=force,
+    )
+
+
+def seen(seat: Harmonics, motion: Harmonics) -> Harmonics:
+    """Return Σ D_a q_{h−a} by harmonic h: what is seen in fixed axes of a motion q."""
+    out: Harmonics = {}
+    for a, part in seat.items():
+        for b, q in motion.items():
+            out[a + b] = out.get(a + b, 0.0) + part @ q
+    return out
+
+
+def _forces(
+    rotating: RotatingSystem, bearing: Bearing, motion: Harmonics, speed: float
+) -> Harmonics:
+    """Force of a bearing's first side on its second by harmonic, (6,) each."""
+    spring, drag = bearing.matrices()
+    for joint, _ in rotating.periodic.laws:
+        if joint.bearing == bearing.name:
+            spring[:2, :2], drag[:2, :2] = joint.coefficients(speed)
+    relative = seen(rotating.relative(bearing), motion)
+    return {h: spring @ u + 1j * h * speed * drag @ u for h, u in relative.items()}
+
+
+def _amplitudes(parts: Harmonics, top: int) -> ComplexArray:
+    """Amplitudes A_h, (top + 1, 6), of Re A_h e^{ihθ}, of parts of h and −h."""
+    out = np.zeros((top + 1, 6), dtype=complex)
+    for h, part in parts.items():
+        if h >= 0:
+            out[h] = part if h == 0 else 2.0 * part
+    return out
+
+
+def speeds_with(speeds: Sequence[float], places: Sequence[float]) -> FloatArray:
+    """Return speeds with others put among them, rising."""
+    low, high = min(speeds), max(speeds)
+    inside = [p for p in places if low <= p <= high]
+    return np.unique(np.concatenate([np.asarray(speeds, dtype=float), inside]))

@@ -1,0 +1,24 @@
+"""Resonances of asymmetric rotors as plain data."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from solidwhirl.rotordyn.asymmetric.resonances import Resonance
+from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
+
+
+def resonance_document(found: Resonance, frame_ratio: float) -> dict[str, Any]:
+    """Return a resonance as plain data; speeds are those of the reference shaft.
+
+    `frame_ratio`: |speed ratio| of the frame.
+    """
+    return {
+        "speed_rpm": found.speed_rad_s / frame_ratio * RPM_PER_RAD_S,
+        "motion": found.motion,
+        "multiple": found.multiple,
+        "share": found.share,
+        "damping_ratio": found.damping_ratio,
+        "error_estimate": found.error if found.errors else None,
+        "error_parts": dict(found.errors),
+    }

@@ -1,0 +1,302 @@
+"""What a run finds of an engine with bodies that bend unlike in two planes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from solidwhirl.analyses.asymmetric import resonance_document
+from solidwhirl.analyses.base import Operating, decrements
+from solidwhirl.analyses.stability_summary import Stability, covering
+from solidwhirl.rotordyn import Campbell, CriticalSpeed, Superelement
+from solidwhirl.rotordyn.asymmetric import (
+    RotatingSystem,
+    UnstableRange,
+    closed_by_damping,
+    unstable_ranges,
+)
+from solidwhirl.rotordyn.asymmetric.diagram import RotatingDiagram, as_campbell, rotating_diagram
+from solidwhirl.rotordyn.asymmetric.resonances import (
+    Resonance,
+    critical_speeds,
+    gravity_critical_speeds,
+)
+from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
+from solidwhirl.rotordyn.stability.intervals import UnstableInterval
+from solidwhirl.rotordyn.superelement.invariants import Invariant, compared
+
+# Speeds below this part of the highest are at rest: there is no period.
+_SLOWEST = 1e-3
+# Growth by Hill's method and by multipliers, relative to the larger, or to this part of the speed:
+# the multipliers are those of motions up to twice the fastest change of the matrices.
+_SAME_GROWTH, _NO_GROWTH = 1e-4, 1e-9
+# Part of a matrix of velocities that is symmetric, below which that is rounding.
+_EVEN_PART = 1e-12
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Asymmetry:
+    """Hold what the frame of asymmetric bodies shows; speeds are those of the frame.
+
+    `frame_ratio`: speed ratio of these bodies; `periods_per_turn`: of the matrices; 0: they are
+    constant. `excited_by`: bodies whose unbalance keeps step with the frame.
+    """
+
+    frame_ratio: float
+    periods_per_turn: int
+    excited_by: tuple[str, ...]
+    diagram: RotatingDiagram
+    critical: tuple[Resonance, ...]
+    gravity: tuple[Resonance, ...]
+    ranges: tuple[UnstableRange, ...]
+    #: Ranges that there would be without damping
+    closed: tuple[UnstableRange, ...]
+    departures: Mapping[str, Departure]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Departure:
+    """Hold how far a body is from one of revolution.
+
+    `offset_m`, `offset_deg`: of the centre of gravity from the axis, and its direction from x
+    towards y of the body. `static_unbalance_kg_m`: mass times offset. `diametral_kg_m2`: smallest
+    and largest moment of inertia across the axis, about the centre of gravity. `plane_deg`:
+    direction of the smallest. `product_kg_m2`: √(Ixz² + Iyz²), which is couple unbalance.
+    `frequency_split`: of the first pairs of free modes in bending, relative to their mean.
+    """
+
+    offset_m: float
+    offset_deg: float
+    static_unbalance_kg_m: float
+    diametral_kg_m2: tuple[float, float]
+    plane_deg: float
+    product_kg_m2: float
+    frequency_split: tuple[float, ...]
+
+
+def departure_of(element: Superelement) -> Departure:
+    """Measure how far a body is from one of revolution."""
+    x, y = (float(v) for v in element.center_of_gravity_m[:2])
+    inertia = np.asarray(element.inertia_kg_m2)
+    values, vectors = np.linalg.eigh(inertia[:2, :2])
+    free = element.free_frequencies_hz
+    pairs = zip(free[0::2], free[1::2], strict=False)
+    offset = float(np.hypot(x, y))
+    size = float(np.abs(element.surface.points_m).max()) if element.surface is not None else 1.0
+    offset = offset if offset > 1e-12 * size else 0.0
+    return Departure(
+        offset_m=offset,
+        offset_deg=float(np.degrees(np.arctan2(y, x))) if offset else 0.0,
+        static_unbalance_kg_m=element.mass_kg * offset,
+        diametral_kg_m2=(float(values[0]), float(values[1])),
+        plane_deg=float(np.degrees(np.arctan2(vectors[1, 0], vectors[0, 0])) % 180.0),
+        product_kg_m2=float(np.hypot(inertia[0, 2], inertia[1, 2])),
+        frequency_split=tuple(float(2.0 * (b - a) / (a + b)) for a, b in pairs),
+    )
+
+
+def asymmetry_of(
+    rotating: RotatingSystem, speeds_rad_s: FloatArray, branch_count: int
+) -> Asymmetry:
+    """Compute the diagram, the resonances and the unstable ranges of an engine.
+
+    `speeds_rad_s`: of the reference shaft, rising, (s,).
+    """
+    speeds = abs(rotating.frame_ratio) * np.asarray(speeds_rad_s)
+    top = float(speeds.max())
+    span = (max(_SLOWEST * top, float(speeds.min())), top)
+    turns = top > 0.0
+    return Asymmetry(
+        frame_ratio=rotating.frame_ratio,
+        periods_per_turn=rotating.periodic.stride,
+        excited_by=tuple(
+            name
+            for name, rotor in rotating.system.rotors.items()
+            if abs(rotor.speed_ratio) == abs(rotating.frame_ratio)
+        ),
+        diagram=rotating_diagram(rotating, speeds, branch_count),
+        critical=critical_speeds(rotating, *span) if turns else (),
+        gravity=gravity_critical_speeds(rotating, *span) if turns else (),
+        ranges=unstable_ranges(rotating.periodic, *span) if turns else (),
+        closed=closed_by_damping(rotating.periodic, *span) if turns and _is_damped(rotating) else (),
+        departures={
+            name: departure_of(rotor.element)
+            for name, rotor in rotating.system.rotors.items()
+            if rotor.element.frame == "rotating"
+        },
+    )
+
+
+def _is_damped(rotating: RotatingSystem) -> bool:
+    """Whether anything takes energy."""
+    terms = (t.matrix for t in rotating.periodic.velocity)
+    return bool(rotating.periodic.laws) or any(
+        np.abs(a + a.T).max() > _EVEN_PART * np.abs(a).max() for a in terms
+    )
+
+
+def diagram_in_fixed_axes(found: Asymmetry) -> Campbell:
+    """Return the strongest lines of all branches over the speed of the reference shaft."""
+    return as_campbell(found.diagram, found.frame_ratio)
+
+
+def critical_records(found: Asymmetry) -> tuple[CriticalSpeed, ...]:
+    """Return the critical speeds of lateral motion as those of the reference shaft."""
+    return tuple(
+        CriticalSpeed(
+            speed_rad_s=one.speed_rad_s / abs(found.frame_ratio),
+            frequency_hz=one.speed_rad_s / (2.0 * np.pi),
+            whirl="forward" if one.multiple > 0 else "backward",
+            shape=np.zeros(0, dtype=complex),
+            log_decrement=2.0 * np.pi * one.damping_ratio,
+        )
+        for one in found.critical
+        if one.motion == "lateral"
+    )
+
+
+def stability_in_ranges(
+    found: Asymmetry,
+    rotating: RotatingSystem,
+    high_rpm: float,
+    operating: Sequence[Operating],
+    branch_count: int,
+) -> Stability:
+    """Return the stability of an engine from its unstable ranges."""
+    ratio = abs(found.frame_ratio)
+    intervals = tuple(
+        UnstableInterval(
+            low_rad_s=one.low_rad_s / ratio,
+            high_rad_s=one.high_rad_s / ratio,
+            opens=one.opens,
+            closes=one.closes,
+            kind=one.kind,
+            growth_1_s=one.growth_1_s,
+            speed_rad_s=one.speed_rad_s / ratio,
+            eigenvalue=1j * one.frequency_rad_s,
+            frequency_hz=one.frequency_rad_s / (2.0 * np.pi),
+            frequency_end_hz=one.frequency_rad_s / (2.0 * np.pi),
+            whirl="",
+            shape=np.zeros(0, dtype=complex),
+        )
+        for one in found.ranges
+    )
+    ends = [(o, rpm) for o in operating for rpm in dict.fromkeys((o.from_rpm, o.to_rpm))]
+    return Stability(
+        low_rpm=0.0,
+        high_rpm=high_rpm,
+        intervals=intervals,
+        at_operating=tuple(_at(rotating, o, rpm, intervals, branch_count) for o, rpm in ends),
+    )
+
+
+def _at(
+    rotating: RotatingSystem,
+    operating: Operating,
+    rpm: float,
+    intervals: tuple[UnstableInterval, ...],
+    branch_count: int,
+) -> dict[str, Any]:
+    """Damping of the first whirl either way at an operating speed."""
+    speed = rpm / operating.ratio
+    frame = abs(rotating.frame_ratio) * speed * RAD_S_PER_RPM
+    found = rotating_diagram(rotating, np.array([frame]), branch_count)
+    diagram = as_campbell(found, rotating.frame_ratio)
+    first = {}
+    for whirl in ("forward", "backward"):
+        own = np.flatnonzero(diagram.whirl[:, 0] == whirl)
+        own = own[np.argsort(diagram.frequency_hz[own, 0])][:1]
+        first[f"first_{whirl}"] = {
+            "log_decrement": (decrements(diagram.log_decrement[own, 0]) or [None])[0],
+            "frequency_hz": float(diagram.frequency_hz[own[0], 0]) if own.size else None,
+        }
+    return {
+        "shaft": operating.shaft,
+        "shaft_speed_rpm": rpm,
+        "speed_rpm": speed,
+        "stable": not covering(intervals, speed, speed),
+        **first,
+    }
+
+
+def asymmetry_checks(found: Asymmetry) -> tuple[Invariant, ...]:
+    """Check growth by Hill's method against the multipliers of a period."""
+    return tuple(
+        compared(
+            "growth is that of the multipliers of a period",
+            f"unstable range from {one.low_rad_s * RPM_PER_RAD_S:.6g} rpm of the body",
+            abs(one.growth_1_s - one.floquet_1_s)
+            / max(abs(one.growth_1_s), _NO_GROWTH * one.speed_rad_s),
+            _SAME_GROWTH,
+            "unstable ranges",
+        )
+        for one in found.ranges
+    )
+
+
+def asymmetry_document(found: Asymmetry) -> dict[str, Any]:
+    """Return what the frame shows as plain data; speeds are those of the reference shaft."""
+    ratio, diagram = abs(found.frame_ratio), found.diagram
+    return {
+        "frame_speed_ratio": found.frame_ratio,
+        "constant_in_the_frame": found.periods_per_turn == 0,
+        "periods_per_turn": found.periods_per_turn,
+        "critical_speeds": [resonance_document(r, ratio) for r in found.critical],
+        "gravity_critical_speeds": [resonance_document(r, ratio) for r in found.gravity],
+        "unstable_ranges": [
+            range_document(r, ratio, found.periods_per_turn) for r in found.ranges
+        ],
+        "closed_by_damping": [
+            range_document(r, ratio, found.periods_per_turn) for r in found.closed
+        ],
+        "bodies": {
+            name: {
+                "center_of_gravity_offset_m": d.offset_m,
+                "offset_direction_deg": d.offset_deg,
+                "static_unbalance_kg_m": d.static_unbalance_kg_m,
+                "diametral_inertia_kg_m2": list(d.diametral_kg_m2),
+                "plane_of_smallest_deg": d.plane_deg,
+                "product_of_inertia_kg_m2": d.product_kg_m2,
+                "free_frequency_split": list(d.frequency_split),
+            }
+            for name, d in found.departures.items()
+        },
+        "lines": {
+            "speed_rpm": (diagram.speeds_rad_s / ratio * RPM_PER_RAD_S).tolist(),
+            "multiples": diagram.multiples.tolist(),
+            "frequency_hz": (diagram.line_rad_s / (2.0 * np.pi)).tolist(),
+            "share_forward": diagram.forward.tolist(),
+            "share_backward": diagram.backward.tolist(),
+            "share_axial": diagram.axial.tolist(),
+            "share_in_the_frame": diagram.inside.tolist(),
+            "growth_rate_per_s": diagram.eigenvalues.real.tolist(),
+        },
+    }
+
+
+def range_document(one: UnstableRange, ratio: float, stride: int) -> dict[str, Any]:
+    """Return an unstable range as plain data; `stride`: periods of the matrices in a turn."""
+    return {
+        "from_rpm": one.low_rad_s / ratio * RPM_PER_RAD_S,
+        "to_rpm": one.high_rad_s / ratio * RPM_PER_RAD_S,
+        "opens": one.opens,
+        "closes": one.closes,
+        "kind": one.kind,
+        "largest_growth_rate_per_s": one.growth_1_s,
+        "largest_growth_at_rpm": one.speed_rad_s / ratio * RPM_PER_RAD_S,
+        "growth_rate_by_multipliers_per_s": one.floquet_1_s,
+        "frequency_in_the_frame_hz": one.frequency_rad_s / (2.0 * np.pi),
+        "meeting": None
+        if one.meeting is None
+        else {
+            "relation": one.meeting.relation,
+            "turns": one.meeting.order * stride,
+            "first_hz": one.meeting.first_rad_s / (2.0 * np.pi),
+            "second_hz": one.meeting.second_rad_s / (2.0 * np.pi),
+        },
+        "end_error_rpm": one.error_rad_s / ratio * RPM_PER_RAD_S,
+    }
