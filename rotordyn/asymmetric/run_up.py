@@ -22,8 +22,8 @@ from solidwhirl.rotordyn.asymmetric.gauss_steps import (
     gauss_steps,
     instants_after,
 )
-from solidwhirl.rotordyn.asymmetric.hill import hill_block
 from solidwhirl.rotordyn.asymmetric.periodic import Harmonics
+from solidwhirl.rotordyn.asymmetric.response import held_where_free, steady_motion
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.modes.whirl import interface_rows_of_all, rotor_length
@@ -46,8 +46,6 @@ _LONGEST = 1024
 # Growth in a period, and rate over the fastest one, of more than a free body that drifts, whose two
 # equal zeros are off by the root of the rounding.
 _GROWS, _DRIFT = 1e-4, 1e-6
-# Harmonics of the motion under the weight.
-_HARMONICS = 5
 
 
 class _Plan(NamedTuple):
@@ -159,33 +157,17 @@ def _start(plan: _Plan, how: RunSettings) -> FloatArray:
     if not weight:
         return np.zeros(2 * system.size)
     if speed:
-        return np.concatenate(_under_weight(plan, speed))
+        loads = {h: system.root.T @ part[:, 0] for h, part in weight.items()}
+        held = held_where_free(plan.rotating.periodic, abs(speed))
+        found = steady_motion(held, speed, loads)
+        place = np.sum(list(found.values()), axis=0).real
+        rate = np.sum([1j * h * speed * part for h, part in found.items()], axis=0).real
+        return np.concatenate((system.root @ place, system.root @ rate))
     load = np.sum([part[:, 0].real for part in weight.values()], axis=0)
     begin = Instants(np.zeros(1), np.zeros(1), 0.0)
     stiffness = system.stiffness.transposed(system.weights(begin)[1])
     place = static_equilibrium(stiffness[0].T, speed, load)
     return np.concatenate((place, np.zeros(system.size)))
-
-
-def _under_weight(plan: _Plan, speed: float) -> tuple[FloatArray, FloatArray]:
-    """Return (w, w') at θ = 0 of the steady motion under the weight, by harmonics of the angle."""
-    periodic, root = plan.rotating.periodic, plan.system.root
-    block = hill_block(periodic, _HARMONICS)
-    drag, spring = block.at(speed)
-    count, n = len(block.mass) // periodic.size, periodic.size
-    place, velocity = np.zeros((2, n))
-    for harmonic, load in plan.loads.weight.items():
-        if harmonic < 0:  # conjugate to that of −h
-            continue
-        rate = 1j * harmonic * speed
-        stiffness = rate**2 * block.mass + rate * drag + spring
-        loads = np.zeros((count, n), dtype=complex)
-        loads[count // 2] = (2.0 if harmonic else 1.0) * (root.T @ load[:, 0])
-        found = static_equilibrium(stiffness, speed, loads.ravel()).reshape(count, n)
-        rates = rate + 1j * speed * periodic.stride * (np.arange(count) - count // 2)
-        place += found.sum(axis=0).real
-        velocity += (rates @ found).real
-    return root @ place, root @ velocity
 
 
 def _grows(rotating: RotatingSystem, speed_rad_s: float) -> bool:

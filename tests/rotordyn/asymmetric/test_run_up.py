@@ -20,6 +20,8 @@ from solidwhirl.rotordyn.asymmetric import (
     run_up_rotating,
     unstable_ranges,
 )
+from solidwhirl.rotordyn.asymmetric.loads import gravity_force, own_unbalance
+from solidwhirl.rotordyn.asymmetric.response import steady_response
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.response.unbalance import Unbalance
 from solidwhirl.rotordyn.run_up.integration import run_up
@@ -188,7 +190,7 @@ def test_weight_at_rest_and_in_free_fall():
 def test_weight_sets_off_no_vibration():
     """A two-bladed hub on unlike springs starts in the motion that comes again with every turn."""
     hub = bladed(BladedHub(count=2, springs=np.diag([2.0, 5.0])))
-    held = ground("rotor", "hub", 40.0, 90.0, 0.3, 0.2)
+    held = connect("mast", "rotor.hub", None, (40.0, 90.0), (0.3, 0.2), (30.0, 20.0))
     system, turn = alone(hub, held), 2.0 * np.pi / 1.4
     how = {"step_s": turn / 1024, "outputs": [HUB], "gravity_m_per_s2": (0.0, -0.1, 0.0)}
     run = run_up_rotating(system, steady(1.4, 2.0 * turn), [], **how)
@@ -306,3 +308,26 @@ def test_what_has_no_meaning_is_refused():
         growth_end(run_up_rotating(system, profile, [], step_s=1e-3))
     with pytest.raises(AnalysisError, match="8 turns"):
         fitted_growth(system.periodic, 10.0, turns=7)
+
+
+def test_motion_settles_to_the_steady_one():
+    """A mass off the axis of a flat shaft, under its weight: the orbit that harmonics give."""
+    system = alone(
+        flat_mass(5.0, (4e4, 9e4), center=(1e-3, 2e-3)),
+        ground("rotor", "hub", 2e4, 5e4, 150.0, 250.0),
+    )
+    pull, speed, turns = (0.0, -9.81, 0.0), 60.0, 40
+    known = steady_response(
+        system,
+        [speed],
+        constant=gravity_force(system, pull),
+        centrifugal=own_unbalance(system),
+    )
+    turn = 2.0 * np.pi / speed
+    how = {"step_s": turn / 400, "outputs": [HUB], "gravity_m_per_s2": pull}
+    run = run_up_rotating(system, steady(speed, turns * turn), [], **how)
+    last = run.angle_rad >= run.angle_rad[-1] - 2.0 * np.pi
+    waves = np.exp(1j * np.multiply.outer(known.multiples, run.angle_rad[last]))
+    orbit = np.einsum("hc,ht->ct", known.translation_m[0, :, 0], waves).real
+    found = run.translation_m[0, :2, last].T
+    assert np.abs(found - orbit).max() < 1e-7 * np.abs(orbit).max()
