@@ -10,9 +10,9 @@ import numpy.typing as npt
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.parts import End
-from solidwhirl.rotordyn.assembly.system import weights
 from solidwhirl.rotordyn.asymmetric.assembly import RotatingSystem
 from solidwhirl.rotordyn.asymmetric.gauss_steps import Instants
+from solidwhirl.rotordyn.asymmetric.loads import gravity_force, own_unbalance
 from solidwhirl.rotordyn.asymmetric.periodic import Harmonics
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.response.unbalance import Unbalance
@@ -71,35 +71,27 @@ def frame_loads(
     unbalances: Sequence[Unbalance],
     gravity_m_per_s2: npt.ArrayLike | None,
     drives: Sequence[End],
-    own_unbalance: bool,
+    acts: bool,
 ) -> FrameLoads:
-    """Return the loads on a system, see `run_up_rotating`."""
+    """Return the loads on a system, see `run_up_rotating`; `acts`: of its own unbalance."""
     transformation, ratio = rotating.transformation, abs(rotating.frame_ratio)
     turning = turning_loads(rotating, unbalances)
     weight: Harmonics = {}
     if gravity_m_per_s2 is not None:
-        pull = np.zeros(6)
-        pull[:3] = gravity_m_per_s2
-        rows = np.zeros((6, len(transformation)))
-        rows[:3] = weights(rotating, gravity_m_per_s2).T
-        weight = {h: (pull @ part)[:, None] for h, part in rotating.fixed(rows).items()}
-    own = np.zeros(len(transformation))
+        found = gravity_force(rotating, gravity_m_per_s2)
+        weight = {harmonic: force[:, None] for harmonic, force in found.items()}
     euler = torsion_load(rotating, _elastic_stiffness(rotating), drives) / ratio
     for name, rotor in rotating.system.rotors.items():
         if rotor.element.frame != "rotating":
             continue
-        at, moments = rotating.body_slices[name], rotor.element.moments
-        assert moments is not None
-        if own_unbalance:
-            own[at] = moments.first_kg_m[0, 0] + moments.first_kg_m[1, 1]
         # a drive's load is of the whole inertia, also of what is off the axis
-        missing = float(own_unbalance) - float(bool(drives))
-        euler[at] -= missing * rotating.sense * _eccentric(rotor.element)
+        missing = float(acts) - float(bool(drives))
+        euler[rotating.body_slices[name]] -= missing * rotating.sense * _eccentric(rotor.element)
     return FrameLoads(
         turning=TurningLoads(turning.ratios / ratio, turning.columns),
         columns=_turning_columns(rotating, turning),
         weight=weight,
-        own=transformation.T @ own,
+        own=own_unbalance(rotating) if acts else np.zeros(rotating.periodic.size),
         euler=transformation.T @ euler,
     )
 

@@ -26,7 +26,7 @@ _FIRST = np.array([[0.25, 0.25 - _ROOT], [0.25 + _ROOT, 0.25]])
 _SECOND = _FIRST @ _FIRST
 _LAST = 0.5 * _FIRST.sum(axis=0)
 # Numbers in the matrices of the steps that are made together.
-_TOGETHER = 2**17
+_TOGETHER = 2**16
 
 
 class Instants(NamedTuple):
@@ -103,10 +103,16 @@ class TermSum:
         self._turned: ComplexArray = np.array([one[2] for one in kept], dtype=complex)
         #: (t, n, n)
         self.matrices = np.array([one[3] for one in kept]).reshape(-1, size, size)
+        self._rows = np.ascontiguousarray(self.matrices.transpose(0, 2, 1)).reshape(len(kept), -1)
 
     def weights(self, factors: FloatArray, angles_rad: FloatArray) -> FloatArray:
         """Return the weight of every matrix, (s, t)."""
         return np.asarray(factors[:, self._factors] * self._turn(angles_rad).real)
+
+    def transposed(self, weights: FloatArray) -> FloatArray:
+        """Return the transposes of the sums with some weights (..., t), shape (..., n, n)."""
+        shape = (*weights.shape[:-1], *self.matrices.shape[1:])
+        return np.asarray((weights @ self._rows).reshape(shape))
 
     def weight_rates(
         self, factors: FloatArray, rates: FloatArray, instants: Instants
@@ -149,15 +155,11 @@ class SteppedSystem:
             for parts in (velocity, stiffness)
         )
 
-    def at(self, instants: Instants) -> tuple[FloatArray, FloatArray]:
-        """Return Vᵀ and (K + p' E)ᵀ, (s, n, n) each."""
+    def weights(self, instants: Instants) -> tuple[FloatArray, FloatArray]:
+        """Return the weights of the matrices of V and of K + p' E, (s, t) each."""
         factors, _ = self.factors.at(instants)
-        velocity, stiffness = (
-            np.tensordot(
-                part.weights(factors, instants.angles_rad), part.matrices.transpose(0, 2, 1), axes=1
-            )
-            for part in (self.velocity, self.stiffness)
-        )
+        parts = (self.velocity, self.stiffness)
+        velocity, stiffness = (part.weights(factors, instants.angles_rad) for part in parts)
         return velocity, stiffness
 
 
@@ -188,27 +190,29 @@ def gauss_steps(
 
     `loads`: forces on w at some instants, (s, n); `begin`: angle, p and p' at the first state.
     """
-    n, count, start = system.size, len(states) - 1, 0
-    size = max(1, _TOGETHER // (8 * n**2))
-    while start < count:
-        some = min(size, count - start)
-        times = step_s * (np.arange(start, start + some)[:, None] + _PLACES)
-        instants = instants_after(begin, times.ravel())
-        left, right = _stage_matrices(system, instants, step_s)
-        forces = loads(instants).reshape(some, 2 * n)
-        state = states[start]
-        for k in range(some):
-            sought = forces[k] - state @ right[k]
-            _, _, found, failed = dgesv(left[k].T, sought, overwrite_a=True, overwrite_b=True)
+    n, count = system.size, len(states) - 1
+    times = step_s * (np.arange(count)[:, None] + _PLACES)
+    instants = instants_after(begin, times.ravel())
+    drag, spring = (part.reshape(count, 2, -1) for part in system.weights(instants))
+    forces = loads(instants).reshape(count, 2, n)
+    size = max(1, _TOGETHER // (4 * n**2))
+    for start in range(0, count, size):
+        some = slice(start, start + size)
+        velocity, stiffness, left = _stage_matrices(system, drag[some], spring[some], step_s)
+        for k in range(len(left)):
+            before, after = states[start + k], states[start + k + 1]
+            place, rate = before[:n], before[n:]
+            moved = (place + np.multiply.outer(step_s * _PLACES, rate))[:, None]
+            sought = forces[start + k] - (moved @ stiffness[k])[:, 0] - rate @ velocity[k]
+            _, _, found, failed = dgesv(
+                left[k].T, sought.ravel(), overwrite_a=True, overwrite_b=True
+            )
             if failed:
                 raise AnalysisError(f"a step of {step_s:.6g} s can not be solved; take a smaller")
             first, second = found[:n], found[n:]
-            after = states[start + k + 1]
-            after[n:] = state[n:] + (0.5 * step_s) * (first + second)
-            after[:n] = state[:n] + step_s * state[n:]
+            after[n:] = rate + (0.5 * step_s) * (first + second)
+            after[:n] = place + step_s * rate
             after[:n] += step_s**2 * (_LAST[0] * first + _LAST[1] * second)
-            state = after
-        start += some
 
 
 def instants_after(begin: tuple[float, float, float], times_s: FloatArray) -> Instants:
@@ -218,19 +222,16 @@ def instants_after(begin: tuple[float, float, float], times_s: FloatArray) -> In
 
 
 def _stage_matrices(
-    system: SteppedSystem, instants: Instants, step_s: float
-) -> tuple[FloatArray, FloatArray]:
-    """Return Lᵀ and Rᵀ of L (a₁, a₂) = f − R (w, w') for each step, (k, 2n, 2n)."""
-    n = system.size
-    velocity, stiffness = (part.reshape(-1, 2, n, n) for part in system.at(instants))
-    left = np.empty((len(velocity), 2, n, 2, n))
-    right = np.empty((len(velocity), 2, n, 2, n))
-    for i in range(2):
-        v, k = step_s * velocity[:, i], step_s**2 * stiffness[:, i]
-        for j in range(2):
-            left[:, j, :, i] = _FIRST[i, j] * v + _SECOND[i, j] * k
-        right[:, 0, :, i] = stiffness[:, i]
-        right[:, 1, :, i] = velocity[:, i] + (_PLACES[i] * step_s) * stiffness[:, i]
-    left, right = (part.reshape(-1, 2 * n, 2 * n) for part in (left, right))
-    left[:, np.arange(2 * n), np.arange(2 * n)] += 1.0
-    return left, right
+    system: SteppedSystem, drag: FloatArray, spring: FloatArray, step_s: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return V and K at the stages, and what the accelerations of both stages meet, transposed.
+
+    `drag`, `spring`: weights of V and K, (k, 2, t). Returns (k, 2, n, n) twice and (k, 2n, 2n).
+    """
+    count, n = len(drag), system.size
+    # by step, stage, and stage whose acceleration it is
+    left = system.velocity.transposed((step_s * _FIRST)[:, :, None] * drag[:, :, None])
+    left += system.stiffness.transposed((step_s**2 * _SECOND)[:, :, None] * spring[:, :, None])
+    whole = left.transpose(0, 2, 3, 1, 4).reshape(count, 2 * n, 2 * n)
+    whole[:, np.arange(2 * n), np.arange(2 * n)] += 1.0
+    return system.velocity.transposed(drag), system.stiffness.transposed(spring), whole

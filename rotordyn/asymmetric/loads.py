@@ -10,8 +10,9 @@ import numpy.typing as npt
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.coordinates import body_rows, interface_row
+from solidwhirl.rotordyn.assembly.system import weights
 from solidwhirl.rotordyn.asymmetric.assembly import RotatingSystem
-from solidwhirl.rotordyn.asymmetric.periodic import Harmonics, in_fixed_axes
+from solidwhirl.rotordyn.asymmetric.periodic import Harmonics
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.response.unbalance import Unbalance
@@ -75,21 +76,13 @@ def unbalance_force(rotating: RotatingSystem, unbalances: Sequence[Unbalance]) -
 def gravity_force(rotating: RotatingSystem, gravity_m_per_s2: npt.ArrayLike) -> Harmonics:
     """Return the weight of all bodies by harmonic of the turn, (n,) each, N.
 
-    `gravity_m_per_s2`: acceleration along the fixed x, y, z, shape (3,).
+    `gravity_m_per_s2`: acceleration along the fixed x, y, z, shape (3,). Raises AnalysisError as
+    `gravity_load`.
     """
-    pull = np.append(np.asarray(gravity_m_per_s2, dtype=float), np.zeros(3))
-    out: Harmonics = {}
-    for name, rotor in rotating.system.rotors.items():
-        element = rotor.element
-        momentum = body_rows(rotating, name).T @ element.mass @ element.rigid_body_modes
-        turns = name in rotating.turned
-        parts = in_fixed_axes(np.eye(6), rotating.sense) if turns else {0: np.eye(6)}
-        for harmonic, part in parts.items():
-            # the force on q is that of the motion R(θ) q
-            force = momentum @ part.T @ pull
-            if force.any():
-                out[harmonic] = out.get(harmonic, 0.0) + force
-    return out
+    rows = np.zeros((6, len(rotating.transformation)))
+    rows[:3] = weights(rotating, gravity_m_per_s2).T
+    found = {h: np.asarray(gravity_m_per_s2) @ at[:3] for h, at in rotating.fixed(rows).items()}
+    return {h: force for h, force in found.items() if force.any()}
 
 
 def bow_force(rotating: RotatingSystem, bows: Sequence[Bow]) -> FloatArray:

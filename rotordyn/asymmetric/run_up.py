@@ -23,9 +23,9 @@ from solidwhirl.rotordyn.asymmetric.gauss_steps import (
     instants_after,
 )
 from solidwhirl.rotordyn.asymmetric.periodic import Harmonics
+from solidwhirl.rotordyn.asymmetric.response import held_where_free, steady_motion
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
-from solidwhirl.rotordyn.modes.damping import NEUTRAL
 from solidwhirl.rotordyn.modes.whirl import interface_rows_of_all, rotor_length
 from solidwhirl.rotordyn.response.unbalance import Unbalance
 from solidwhirl.rotordyn.run_up.integration import (
@@ -43,6 +43,9 @@ from solidwhirl.rotordyn.run_up.steps import profile_pieces
 
 # Steps of a block; bounds memory only.
 _LONGEST = 1024
+# Growth in a period, and rate over the fastest one, of more than a free body that drifts, whose two
+# equal zeros are off by the root of the rounding.
+_GROWS, _DRIFT = 1e-4, 1e-6
 
 
 class _Plan(NamedTuple):
@@ -86,9 +89,10 @@ def run_up_rotating(
     fixed angles on their bodies; may be empty. `own_unbalance`: whether the asymmetric bodies are
     loaded by their own centrifugal forces, of masses off the axis and of a bow. `settings`: fields
     of `RunSettings`, of which `step_s` must be given; `phase_error_rad` has no meaning here.
-    Without `initial` the run begins at rest in the frame under its weight at θ = 0; `initial` and
-    `final` are in the coordinates of the frame. Motions and forces of the record are in fixed axes,
-    energies in the frame. `balance_error` is nan. A run that diverges stops as in `run_up`.
+    Without `initial` the run begins in the steady motion under the weight, at rest at Ω = 0;
+    `initial` and `final` are in the coordinates of the frame. Motions and forces of the record are
+    in fixed axes, energies in the frame. A run that diverges stops as in `run_up`. The balance of
+    forces and the ranges of speed laws are not looked at.
 
     Raises AnalysisError if an argument has no meaning, the step is too long for the speed, or a
     bearing that is recorded is rigid; AssemblyError if a place does not exist or lacks a component.
@@ -122,7 +126,6 @@ def run_up_rotating(
         recorder.motion(),
         longest_block=1,
         energy=recorder.energy.balance(),
-        balance_error=np.nan,
         final=MotionState(displacement=shapes @ state[:n], velocity=shapes @ state[n:]),
         notes=speed_limit_notes(plan.profile, rotating.speed_limit_rad_s),
         stopped=stopped,
@@ -150,26 +153,34 @@ def _start(plan: _Plan, how: RunSettings) -> FloatArray:
     if how.initial is not None:
         given = how.initial.of_size(system.size)
         return np.concatenate([system.root @ part for part in (given.displacement, given.velocity)])
-    state = np.zeros(2 * system.size)
-    if plan.loads.weight:
-        speed = float(plan.profile.speeds_rad_s[0])
-        begin = Instants(np.zeros(1), np.array([speed]), 0.0)
-        load = plan.loads._replace(own=0.0 * plan.loads.own, columns={}).at(begin)[0]
-        state[: system.size] = static_equilibrium(system.at(begin)[1][0].T, speed, load)
-    return state
+    speed, weight = float(plan.profile.speeds_rad_s[0]), plan.loads.weight
+    if not weight:
+        return np.zeros(2 * system.size)
+    if speed:
+        loads = {h: system.root.T @ part[:, 0] for h, part in weight.items()}
+        held = held_where_free(plan.rotating.periodic, abs(speed))
+        found = steady_motion(held, speed, loads)
+        place = np.sum(list(found.values()), axis=0).real
+        rate = np.sum([1j * h * speed * part for h, part in found.items()], axis=0).real
+        return np.concatenate((system.root @ place, system.root @ rate))
+    load = np.sum([part[:, 0].real for part in weight.values()], axis=0)
+    begin = Instants(np.zeros(1), np.zeros(1), 0.0)
+    stiffness = system.stiffness.transposed(system.weights(begin)[1])
+    place = static_equilibrium(stiffness[0].T, speed, load)
+    return np.concatenate((place, np.zeros(system.size)))
 
 
 def _grows(rotating: RotatingSystem, speed_rad_s: float) -> bool:
     """Whether a motion grows at a speed Ω."""
     periodic, speed = rotating.periodic, abs(rotating.frame_ratio) * speed_rad_s
     if periodic.stride and speed:
-        growth = floquet_multipliers(periodic, speed).growth_1_s
-        return bool(growth > NEUTRAL * abs(speed))
+        found = floquet_multipliers(periodic, speed)
+        return found.growth_1_s * found.period_s > _GROWS
     velocity, stiffness = (sum(parts.values()) for parts in periodic.at(speed))
     n, inverse = periodic.size, la.inv(periodic.mass)
     state = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ stiffness, -inverse @ velocity]])
     values = la.eigvals(state)
-    return bool((values.real > NEUTRAL * np.abs(values)).any())
+    return bool(values.real.max() > _DRIFT * np.abs(values).max())
 
 
 def _blocks(plan: _Plan, state: FloatArray) -> Iterator[_Block]:

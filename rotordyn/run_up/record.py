@@ -95,7 +95,8 @@ class RunUp:
     balance of the energy; `final`: state at the last step, from which another run may start;
     `notes`: doubts about validity, one sentence each; `balance_error`: largest force that is left
     over at some of the records, over the largest force there, in the system straight from its
-    parts. `stopped`: where the run diverged and was stopped; None if it went on to the end.
+    parts; None where it was not looked at. `stopped`: where the run diverged and was stopped; None
+    if it went on to the end.
     """
 
     profile: SpeedProfile
@@ -117,7 +118,7 @@ class RunUp:
     energy: EnergyBalance
     final: MotionState
     notes: tuple[str, ...]
-    balance_error: float = 0.0
+    balance_error: float | None = None
     stopped: Divergence | None = None
 
     def __post_init__(self) -> None:

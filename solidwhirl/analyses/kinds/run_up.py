@@ -384,7 +384,8 @@ def _run_up_checks(spec: RunUpSpec, run: RunUp) -> Iterator[Invariant]:
     """Forces in balance at the records, and energy over the whole run."""
     concerns = "the run-up"
     name, text = "forces are in balance", "in the system straight from its parts"
-    yield compared(name, spec.label, run.balance_error, _BALANCE_LIMIT, concerns, text)
+    if run.balance_error is not None:
+        yield compared(name, spec.label, run.balance_error, _BALANCE_LIMIT, concerns, text)
     largest = _largest(run.energy)
     if largest > 0.0 and run.stopped is None:
         error = float(np.abs(run.energy.error_j).max()) / largest

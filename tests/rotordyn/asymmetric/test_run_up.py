@@ -20,6 +20,8 @@ from solidwhirl.rotordyn.asymmetric import (
     run_up_rotating,
     unstable_ranges,
 )
+from solidwhirl.rotordyn.asymmetric.loads import gravity_force, own_unbalance
+from solidwhirl.rotordyn.asymmetric.response import steady_response
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.response.unbalance import Unbalance
 from solidwhirl.rotordyn.run_up.integration import run_up
@@ -108,13 +110,13 @@ RECORDED = ("translation_m", "rotation_rad", "velocity_m_per_s", "force_n")
 
 @pytest.mark.parametrize("ratio", [1.0, -1.3])
 def test_body_of_revolution_moves_as_in_axes_at_rest(ratio):
-    """At constant speed the other integrator is exact but for the load."""
+    """At constant speed the other integrator is exact but for the load; the weight only bends."""
     system, turned, how = engines(ratio, LAW)
     errors = []
     for step in (1e-4, 5e-5):
-        given = steady(200.0, 0.1), UNBALANCES
-        found = run_up_rotating(turned, *given, step_s=step, **how)
-        known = run_up(system, *given, step_s=step, **how)
+        given = {"step_s": step, "gravity_m_per_s2": (1.0, -9.81, 0.0), **how}
+        found = run_up_rotating(turned, steady(200.0, 0.1), UNBALANCES, **given)
+        known = run_up(system, steady(200.0, 0.1), UNBALANCES, **given)
         errors.append([far(found, known, name) for name in RECORDED])
     assert max(errors[1]) < 5e-9
     assert np.log2(np.divide(*errors)) == pytest.approx(4.0, abs=0.1)
@@ -177,12 +179,24 @@ def test_weight_at_rest_and_in_free_fall():
     run = run_up_rotating(held, steady(0.0, 0.1), [], step_s=1e-3, **how)
     assert run.translation_m[0, 1] == pytest.approx(-5.0 * 9.81 / 2e6, rel=1e-9)
     still = MotionState(displacement=np.zeros(2), velocity=np.zeros(2))
-    profile = SpeedProfile(times_s=[0.0, 1.0], speeds_rad_s=[3.0, 9.0])
+    profile = SpeedProfile(times_s=[0.0, 1.0], speeds_rad_s=[3.0, 9.0])  # beyond its size
     free = alone(flat_mass(5.0))
     run = run_up_rotating(free, profile, [], step_s=2e-3, initial=still, **how)
     assert run.translation_m[0, 1] == pytest.approx(-0.5 * 9.81 * run.time_s**2, abs=1e-8)
     assert run.velocity_m_per_s[0, 1] == pytest.approx(-9.81 * run.time_s, abs=1e-7)
     assert run.stopped is None
+
+
+def test_weight_sets_off_no_vibration():
+    """A two-bladed hub on unlike springs starts in the motion that comes again with every turn."""
+    hub = bladed(BladedHub(count=2, springs=np.diag([2.0, 5.0])))
+    held = connect("mast", "rotor.hub", None, (40.0, 90.0), (0.3, 0.2), (30.0, 20.0))
+    system, turn = alone(hub, held), 2.0 * np.pi / 1.4
+    how = {"step_s": turn / 1024, "outputs": [HUB], "gravity_m_per_s2": (0.0, -0.1, 0.0)}
+    run = run_up_rotating(system, steady(1.4, 2.0 * turn), [], **how)
+    motion = run.translation_m[0, :2]
+    assert np.ptp(motion[1]) > 1e-3 * np.abs(motion[1]).max()
+    assert np.abs(motion[:, 1024:] - motion[:, :1025]).max() < 1e-8 * np.abs(motion).max()
 
 
 def test_stiff_modes_need_no_short_steps():
@@ -294,3 +308,26 @@ def test_what_has_no_meaning_is_refused():
         growth_end(run_up_rotating(system, profile, [], step_s=1e-3))
     with pytest.raises(AnalysisError, match="8 turns"):
         fitted_growth(system.periodic, 10.0, turns=7)
+
+
+def test_motion_settles_to_the_steady_one():
+    """A mass off the axis of a flat shaft, under its weight: the orbit that harmonics give."""
+    system = alone(
+        flat_mass(5.0, (4e4, 9e4), center=(1e-3, 2e-3)),
+        ground("rotor", "hub", 2e4, 5e4, 150.0, 250.0),
+    )
+    pull, speed, turns = (0.0, -9.81, 0.0), 60.0, 40
+    known = steady_response(
+        system,
+        [speed],
+        constant=gravity_force(system, pull),
+        centrifugal=own_unbalance(system),
+    )
+    turn = 2.0 * np.pi / speed
+    how = {"step_s": turn / 400, "outputs": [HUB], "gravity_m_per_s2": pull}
+    run = run_up_rotating(system, steady(speed, turns * turn), [], **how)
+    last = run.angle_rad >= run.angle_rad[-1] - 2.0 * np.pi
+    waves = np.exp(1j * np.multiply.outer(known.multiples, run.angle_rad[last]))
+    orbit = np.einsum("hc,ht->ct", known.translation_m[0, :, 0], waves).real
+    found = run.translation_m[0, :2, last].T
+    assert np.abs(found - orbit).max() < 1e-7 * np.abs(orbit).max()
