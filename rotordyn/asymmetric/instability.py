@@ -205,12 +205,11 @@ def _end(system: PeriodicSystem, search: Search[Any], speed: float, other: float
     """
     value = search.at_end(speed, other)
     found = search.at(speed)
-    index = int(np.abs(found.values - value).argmin())
-    start = search.motions.root(found, index, _FIRST)
+    start = search.motions.root(found, found.nearest(value)[0], _FIRST)
     start = start._replace(value=1j * start.value.imag)
     step = 2.0 * search.accuracy(speed, other) * (1 if speed > other else -1)
     beyond = search.at(min(max(speed + step, search.low), search.high))
-    damped = beyond.nearest(value).real < -float(beyond.tolerance[beyond.counted].max())
+    damped = beyond.nearest(value)[1].real < -float(beyond.tolerance[beyond.counted].max())
     width = abs(other - speed)
     for sought in ("crossing", "meeting") if damped else ("meeting", "crossing"):
         end = converged_root(system, start, sought, (_STAYS * width, np.inf), _MOST)

@@ -136,12 +136,16 @@ class Spectral:
         """Whether any motion grows."""
         return bool((self.excess > 0).any())
 
-    def nearest(self, value: complex) -> complex:
-        """Return the eigenvalue that counts nearest to a value, by whole strides if there are."""
-        own, beat = self.own, self.stride * self.speed_rad_s
+    def nearest(self, value: complex) -> tuple[int, complex]:
+        """Return the eigenvalue that counts nearest to a value, its index first.
+
+        It is lifted by the whole strides that bring it nearest.
+        """
+        values, beat = self.values, self.stride * self.speed_rad_s
         if beat:
-            own = own + 1j * beat * np.round((value - own).imag / beat)
-        return complex(own[np.abs(own - value).argmin()])
+            values = values + 1j * beat * np.round((value - values).imag / beat)
+        index = int(np.where(self.counted, np.abs(values - value), np.inf).argmin())
+        return index, complex(values[index])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)

@@ -160,7 +160,7 @@ class Search(Generic[S]):
                 pieces += self._looked(self.stretch(low, high), None)
         return [piece for piece in _joined(pieces) if piece.grows]
 
-    def _looked(self, stretch: Stretch, seen: FloatArray | None) -> list[Piece]:
+    def _looked(self, stretch: Stretch, seen: ComplexArray | None) -> list[Piece]:
         """Return the pieces of a stretch; `seen` is the error of each path in its middle."""
         low, high = stretch.first.speed_rad_s, stretch.second.speed_rad_s
         error = _error(stretch, seen)
@@ -175,9 +175,12 @@ class Search(Generic[S]):
             return [Piece(low, high, True)]
         narrow = high - low <= max(_FLOOR * (self.high - self.low), 0.2 * self.narrowest)
         doubtful = excess.max(axis=1) + error > 0
-        place = _meeting(stretch, grid, tolerance, _SURE * self.narrowest)
+        least = _SURE * self.narrowest
+        place = _meeting(stretch, grid, tolerance, least)
         room = min(place, 1.0 - place) * (high - low) > _MEETING_FLOOR * (self.high - self.low)
         if not (np.isfinite(place) and room):
+            if not narrow and _may_touch(stretch, grid, tolerance, _drift(stretch, seen), least):
+                return self._cut(stretch, 0.5)
             if not doubtful.any():
                 return [Piece(low, high, False)]
             if narrow or _crosses_once(excess[doubtful], error[doubtful]):
@@ -191,7 +194,7 @@ class Search(Generic[S]):
         middle = low + place * (high - low)
         left, right = self.stretch(low, middle), self.stretch(middle, high)
         miss = stretch.paths(np.array([place]))[:, 0] - left.end_values
-        seen = np.abs(miss.real)
+        seen = np.abs(miss.real) + 1j * np.abs(miss.imag)
         after = np.empty_like(seen)
         after[left.partner] = seen
         return self._looked(left, seen) + self._looked(right, after)
@@ -208,7 +211,7 @@ class Search(Generic[S]):
                 values = stretch.first.values if speed == low else stretch.end_values
                 return float(values[paths].real.max())
             near = stretch.paths(np.array([(speed - low) / (high - low)]))[paths, 0]
-            return max(self.at(speed).nearest(v).real for v in near)
+            return max(self.at(speed).nearest(v)[1].real for v in near)
 
         calm, loud = (low, high) if after else (high, low)
         still = self.at(calm)
@@ -267,7 +270,7 @@ class Search(Generic[S]):
         step = (speed - other) / _BEYOND
         for _ in range(_BEYOND):
             place = min(max(speed + step, self.low), self.high)
-            value = self.at(place).nearest(value)
+            value = self.at(place).nearest(value)[1]
             if value.real < -ROUNDING * abs(value):
                 return self._zero_between((speed, start), (place, value))
             if value.real <= ROUNDING * abs(value):
@@ -283,7 +286,7 @@ class Search(Generic[S]):
         def growth(speed: float) -> float:
             part = (speed - grown[0]) / (damped[0] - grown[0])
             near = grown[1] + part * (damped[1] - grown[1])
-            return self.at(speed).nearest(near).real
+            return self.at(speed).nearest(near)[1].real
 
         root = self._root(growth, grown[0], damped[0])
         return root if abs(growth(root)) <= _JUMP * abs(damped[1].real) else grown[0]
@@ -294,7 +297,7 @@ class Search(Generic[S]):
         seen = next((k for k, v in enumerate(places) if self.at(v).grows), len(places) - 1)
         value = self.leading(places[seen])
         for place in (*reversed(places[:seen]), speed):
-            value = self.at(place).nearest(value)
+            value = self.at(place).nearest(value)[1]
         return value
 
     def leading(self, speed: float) -> complex:
@@ -341,15 +344,18 @@ class Search(Generic[S]):
         return -float(found.fun), float(found.x)
 
 
-def _error(stretch: Stretch, seen: FloatArray | None) -> FloatArray:
+def _error(stretch: Stretch, seen: ComplexArray | None) -> FloatArray:
     """Return how far each path may be from the true growth rate, shape (m,)."""
-    miss = stretch.mismatch()
-    whole = np.abs(miss).max(axis=0)
-    growth = np.abs(miss.real).max(axis=0)
-    coarse = _UNSEEN * (growth + np.where(stretch.mac < _UNLIKE, whole, 0.0))
-    if seen is None:
-        return np.asarray(coarse)
-    return np.asarray(np.minimum(coarse, np.maximum(seen, _SEEN * coarse)))
+    miss = np.abs(stretch.mismatch())
+    growth = np.abs(stretch.mismatch().real).max(axis=0)
+    coarse = _UNSEEN * (growth + np.where(stretch.mac < _UNLIKE, miss.max(axis=0), 0.0))
+    return coarse if seen is None else np.minimum(coarse, np.maximum(seen.real, _SEEN * coarse))
+
+
+def _drift(stretch: Stretch, seen: ComplexArray | None) -> FloatArray:
+    """Return how far each path may be from the true frequency, shape (m,), rad/s."""
+    coarse = _UNSEEN * np.abs(stretch.mismatch()).max(axis=0)
+    return coarse if seen is None else np.minimum(coarse, np.maximum(seen.imag, _SEEN * coarse))
 
 
 def _crosses_once(excess: FloatArray, error: FloatArray) -> bool:
@@ -421,6 +427,42 @@ def _crossings(stretch: Stretch, grid: ComplexArray) -> tuple[IntArray, IntArray
     first = np.repeat(np.cumsum(count) - count, count)
     beats = np.repeat(least, count) + np.arange(count.sum()) - first
     return np.repeat(i, count), np.repeat(j, count), beats
+
+
+def _may_touch(
+    stretch: Stretch,
+    grid: ComplexArray,
+    tolerance: FloatArray,
+    drift: FloatArray,
+    narrowest: float,
+) -> bool:
+    """Whether two paths may meet where they do not seem to, and drive each other.
+
+    They do not cross, or so near to an end that the meeting may lie on either side of it.
+
+    `drift`: as of `_drift`; the others as of `_meeting`, and at most what it takes for growth.
+    """
+    i, j = np.nonzero(np.triu(stretch.counted & stretch.counted[:, None], 1))
+    rise = stretch.first.stride * (stretch.first.speed_rad_s + _PARTS * stretch.width)
+    gap = grid.imag[i] - grid.imag[j]
+    beats = np.zeros(i.size)
+    if stretch.first.stride:
+        away = np.abs(gap - rise * np.round(gap / rise)).argmin(axis=1)
+        beats = np.round(gap[np.arange(i.size), away] / rise[away])
+    gap = gap - np.outer(beats, rise)
+    least, most = np.abs(gap).min(axis=1), np.abs(gap).max(axis=1)
+    crossed = gap[:, 0] * gap[:, -1] < 0
+    clear = np.where(crossed, np.abs(gap[:, [0, -1]]).min(axis=1), least)
+    near = clear <= drift[i] + drift[j]
+    i, j, beats, spread = i[near], j[near], beats[near].astype(int), (most - least)[near]
+    strength = np.zeros(i.size)
+    for beat in np.unique(beats):
+        at = np.flatnonzero(beats == beat)
+        for product in stretch.couplings(int(beat)):
+            strength[at] = np.maximum(strength[at], np.sqrt(np.abs(product[i[at], j[at]])))
+    highest = np.maximum(grid.real.max(axis=1)[i], grid.real.max(axis=1)[j])
+    able = highest + strength > np.maximum(tolerance[i], tolerance[j])
+    return bool((able & (2.0 * strength * stretch.width > narrowest * spread)).any())
 
 
 def _joined(pieces: list[Piece]) -> list[Piece]:
