@@ -30,8 +30,9 @@ from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
 from solidwhirl.rotordyn.stability.intervals import UnstableInterval
 from solidwhirl.rotordyn.superelement.invariants import Invariant, compared
 
-# Speeds below this part of the highest are at rest: there is no period.
-_SLOWEST = 1e-3
+# Part of the highest speed from which on unstable ranges are searched: the slower the turn, the
+# higher the order of what could meet, and the narrower its range.
+_SLOWEST = 0.05
 # Growth by Hill's method and by multipliers, relative to the larger, or to this part of the speed:
 # the multipliers are those of motions up to twice the fastest change of the matrices.
 _SAME_GROWTH, _NO_GROWTH = 1e-4, 1e-9
@@ -190,7 +191,7 @@ def stability_in_ranges(
     )
     ends = [(o, rpm) for o in operating for rpm in dict.fromkeys((o.from_rpm, o.to_rpm))]
     return Stability(
-        low_rpm=0.0,
+        low_rpm=_SLOWEST * high_rpm,
         high_rpm=high_rpm,
         intervals=intervals,
         at_operating=tuple(_at(rotating, o, rpm, intervals, branch_count) for o, rpm in ends),
