@@ -15,7 +15,11 @@ from solidwhirl.rotordyn.asymmetric.growth import (
     growth_end,
 )
 from solidwhirl.rotordyn.asymmetric.hill import hill_block
-from solidwhirl.rotordyn.asymmetric.instability import UnstableRange, closed_by_damping, unstable_ranges
+from solidwhirl.rotordyn.asymmetric.instability import (
+    UnstableRange,
+    closed_by_damping,
+    unstable_ranges,
+)
 from solidwhirl.rotordyn.asymmetric.periodic import Joint, PeriodicSystem, turning_body
 from solidwhirl.rotordyn.asymmetric.run_up import run_up_rotating
 

@@ -243,9 +243,7 @@ def _most_seen(rotating: RotatingSystem, motion: Harmonics) -> tuple[int, float]
     return best * rotating.sense, sizes[best] / total
 
 
-def _motion(
-    rotating: RotatingSystem, motion: Harmonics
-) -> Literal["lateral", "axial", "torsion"]:
+def _motion(rotating: RotatingSystem, motion: Harmonics) -> Literal["lateral", "axial", "torsion"]:
     """Which of the rigid motions of the bodies have most of the momentum of a motion."""
     energy = dict.fromkeys(("lateral", "axial", "torsion"), 0.0)
     for name, rotor in rotating.system.rotors.items():

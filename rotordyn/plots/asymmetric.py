@@ -49,9 +49,13 @@ def lines_chart(
         for factor in (1, 2):
             x = np.array([0.0, min(high, 60.0 * top / factor)])
             look = charts.Look("@muted", "dot", width=1.2)
-            parts.append(charts.Curve(x=x, y=factor * x / 60.0, name=f"{factor} × speed", look=look))
+            parts.append(
+                charts.Curve(x=x, y=factor * x / 60.0, name=f"{factor} × speed", look=look)
+            )
     for start, end in unstable_rpm:
-        parts.append(charts.Span(low=start, high=end, name="unstable", look=charts.Look("@bad/0.2")))
+        parts.append(
+            charts.Span(low=start, high=end, name="unstable", look=charts.Look("@bad/0.2"))
+        )
     return charts.Chart(
         name=f"lines-in-{frame.replace(' ', '-')}",
         title=f"Frequencies in {frame}",
@@ -99,9 +103,7 @@ def _curves(
     return [charts.Curve(x=np.array(x), y=np.array(y), name=name, look=look, texts=texts)]
 
 
-def multiples_chart(
-    rpm: FloatArray, size_m: Mapping[str, FloatArray], place: str
-) -> charts.Chart:
+def multiples_chart(rpm: FloatArray, size_m: Mapping[str, FloatArray], place: str) -> charts.Chart:
     """Return the size of motion of a place over the speed, by multiples of the speed.
 
     `size_m`: major semi-axis by name of the multiple, (s,) each.

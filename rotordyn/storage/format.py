@@ -49,7 +49,9 @@ class Operator(NamedTuple):
 OPERATORS = {
     "M": Operator("mass", "qdd", 0, 0, "symmetric", "mass"),
     "K0": Operator("stiffness", "q", 0, 0, "symmetric", "elastic stiffness"),
-    "G": Operator("gyroscopic", "qd", 1, 0, "skew", "gyroscopic; in the rotating frame of Coriolis forces"),
+    "G": Operator(
+        "gyroscopic", "qd", 1, 0, "skew", "gyroscopic; in the rotating frame of Coriolis forces"
+    ),
     "Kgeo": Operator(
         "stress_stiffening", "q", 2, 0, "symmetric", "stiffness of the centrifugal stress"
     ),

@@ -37,7 +37,9 @@ def make_plan(scene: Scene, bodies: Mapping[str, Body], level: str | None = None
     the scene's "auto" (see `solidwhirl.bodies.fidelity`), of bodies without features.
     """
     mesh_bodies = build_mesh_bodies(scene)
-    asymmetric: dict[str, Body | MeshedBody] = {n: b for n, b in {**bodies, **mesh_bodies}.items() if is_asymmetric(b)}
+    asymmetric: dict[str, Body | MeshedBody] = {
+        n: b for n, b in {**bodies, **mesh_bodies}.items() if is_asymmetric(b)
+    }
     _refuse_kinds(scene, list(asymmetric))
     speeds = scene_speeds(scene)
     fastest = top_speed(scene)

@@ -251,9 +251,7 @@ def asymmetry_document(found: Asymmetry) -> dict[str, Any]:
         "periods_per_turn": found.periods_per_turn,
         "critical_speeds": [resonance_document(r, ratio) for r in found.critical],
         "gravity_critical_speeds": [resonance_document(r, ratio) for r in found.gravity],
-        "unstable_ranges": [
-            range_document(r, ratio, found.periods_per_turn) for r in found.ranges
-        ],
+        "unstable_ranges": [range_document(r, ratio, found.periods_per_turn) for r in found.ranges],
         "closed_by_damping": [
             range_document(r, ratio, found.periods_per_turn) for r in found.closed
         ],

@@ -148,7 +148,11 @@ def bodies_table(found: Mapping[str, Any]) -> Table:
     return Table(
         head=[
             *("body", "c.g. off the axis [mm]", "static unbalance [kg m]"),
-            *("smallest diametral inertia [kg m²]", "largest [kg m²]", "product of inertia [kg m²]"),
+            *(
+                "smallest diametral inertia [kg m²]",
+                "largest [kg m²]",
+                "product of inertia [kg m²]",
+            ),
             "first pairs of free frequencies apart by",
         ],
         rows=rows,
