@@ -103,9 +103,10 @@ def _expected_energy(element: Superelement) -> FloatArray:
     caused = np.linalg.solve(mass, pull)
     # ∫ x bᵀ of the load b = ρ (a + α × x) that was taken off
     lost = np.outer(first, caused[:3]) + second @ cross_matrix(caused[3:]).T
-    lost = 0.5 * (lost + lost.T)
+    # what it does as it turns with the body, ∫ρ v·(φ × b), v of a shift and of a turn
     change = np.zeros((6, 6))
-    change[3:, 3:] = np.trace(lost) * np.eye(3) - lost
+    change[:3, 3:] = -cross_matrix(pull[:3])
+    change[3:, 3:] = np.trace(lost) * np.eye(3) - lost.T
     return np.asarray(expected - change[np.ix_(present, present)])
 
 
@@ -133,7 +134,8 @@ def free_body_matrices(element: Superelement) -> FreeBodyMatrices:
 
     `element`: the body, without `free_body_problems`. Returns K and Kgeo − S projected on the
     motions that are M-orthogonal to the rigid ones, where K R = 0 and (Kgeo − S) R is
-    `rigid_centrifugal`; (Kgeo − S) R keeps a mesh error in solids.
+    `rigid_centrifugal`; (Kgeo − S) R keeps a mesh error in solids. Of Rᵀ(Kgeo − S) R the even part
+    is taken: that of an unbalanced body is uneven, by what its bearings would have to give.
     """
     modes = element.rigid_body_modes[:, element.rigid_body_present]
     momentum = element.mass @ modes
@@ -145,7 +147,8 @@ def free_body_matrices(element: Superelement) -> FreeBodyMatrices:
         centrifugal = projector.T @ centrifugal @ projector
         known = rigid_centrifugal(element)
         both = known @ onto
-        centrifugal += both + both.T - onto.T @ (modes.T @ known) @ onto
+        energy = modes.T @ known
+        centrifugal += both + both.T - onto.T @ (0.5 * (energy + energy.T)) @ onto
     return FreeBodyMatrices(
         mass=np.asarray(element.mass),
         stiffness=projector.T @ element.stiffness @ projector,
