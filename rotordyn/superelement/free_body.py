@@ -110,6 +110,22 @@ def _expected_energy(element: Superelement) -> FloatArray:
     return np.asarray(expected - change[np.ix_(present, present)])
 
 
+def _even_energy(element: Superelement, counted: FloatArray) -> FloatArray:
+    """Rᵀ(Kgeo − S)R of the rigid motions present as an energy has it, (r, r).
+
+    `counted`: the same by `rigid_centrifugal`. They differ by the unbalance, which would turn with
+    the body: a shift gives it no work, and in a turn about the axis it goes along.
+    """
+    present = np.flatnonzero(element.rigid_body_present)
+    out = 0.5 * (counted + counted.T)
+    shifts, turns = np.flatnonzero(present < 3), np.flatnonzero(present >= 3)
+    out[np.ix_(shifts, turns)] = counted[np.ix_(turns, shifts)].T
+    out[np.ix_(turns, shifts)] = counted[np.ix_(turns, shifts)]
+    about = present == 5
+    out[about] = out[:, about] = 0.0
+    return out
+
+
 def free_body_problems(element: Superelement) -> tuple[str, ...]:
     """Return what contradicts the rigid motions of a body: K R to 1e-9, Rᵀ(Kgeo − S)R to 1e-6."""
     if not (np.diag(element.mass) > 0).all():
@@ -134,8 +150,8 @@ def free_body_matrices(element: Superelement) -> FreeBodyMatrices:
 
     `element`: the body, without `free_body_problems`. Returns K and Kgeo − S projected on the
     motions that are M-orthogonal to the rigid ones, where K R = 0 and (Kgeo − S) R is
-    `rigid_centrifugal`; (Kgeo − S) R keeps a mesh error in solids. Of Rᵀ(Kgeo − S) R the even part
-    is taken: that of an unbalanced body is uneven, by what its bearings would have to give.
+    `rigid_centrifugal`; (Kgeo − S) R keeps a mesh error in solids. An unbalanced body keeps the energy of its
+    centrifugal forces, see `_even_energy`.
     """
     modes = element.rigid_body_modes[:, element.rigid_body_present]
     momentum = element.mass @ modes
@@ -147,8 +163,9 @@ def free_body_matrices(element: Superelement) -> FreeBodyMatrices:
         centrifugal = projector.T @ centrifugal @ projector
         known = rigid_centrifugal(element)
         both = known @ onto
-        energy = modes.T @ known
-        centrifugal += both + both.T - onto.T @ (0.5 * (energy + energy.T)) @ onto
+        counted = modes.T @ known
+        rest = counted + counted.T - _even_energy(element, counted)
+        centrifugal += both + both.T - onto.T @ rest @ onto
     return FreeBodyMatrices(
         mass=np.asarray(element.mass),
         stiffness=projector.T @ element.stiffness @ projector,
