@@ -116,17 +116,15 @@ def _undamped(system: PeriodicSystem) -> PeriodicSystem:
 
 
 def _searched(system: PeriodicSystem, low: float, high: float, width: float) -> _Found:
-    """Search in ever more coordinates until the same pieces are found."""
+    """Search among the motions that may meet by the first and second harmonic of the matrices.
+
+    With the stride g, ω_j + ω_k = m gΩ of m = 1 has no motion above gΩ, of m = 2 none above 2gΩ.
+    """
     if not system.stride:
         return _Found(system, ConstantMotions(system, low, high), (low, high), width)
-    fastest, before = FAST * system.stride * high, None
-    while True:
-        basis = search_basis(system, fastest, high)
-        motions = PeriodicMotions(system, basis, fastest)
-        after = _Found(system, motions, (low, high), width)
-        if basis.shape[1] == system.size or (before is not None and before.is_like(after)):
-            return after
-        before, fastest = after, 2.0 * fastest
+    fastest = FAST * system.stride * high
+    motions = PeriodicMotions(system, search_basis(system, fastest, high), fastest)
+    return _Found(system, motions, (low, high), width)
 
 
 class _Found:
@@ -142,14 +140,6 @@ class _Found:
         self._system, self._motions, self._width = system, motions, width
         self._search: Search[Any] = Search(motions, (), *speeds, width)
         self._pieces = self._search.pieces()
-
-    def is_like(self, other: _Found) -> bool:
-        """Whether either has all pieces of the other that are wide enough."""
-        for some, others in ((self._pieces, other._pieces), (other._pieces, self._pieces)):
-            wide = (piece for piece in some if piece.high - piece.low > self._width)
-            if any(all(o.high < p.low or p.high < o.low for o in others) for p in wide):
-                return False
-        return True
 
     def ranges(self) -> list[UnstableRange]:
         """Return the ranges of all pieces that may be wide enough."""
