@@ -135,22 +135,17 @@ class PeriodicMotions:
         return mac.max(axis=0), np.where(best < _PLACES // 2, best, best - _PLACES)
 
     def root(self, spectral: Exponents, index: int, order: int) -> Root:
-        """Return a motion by its harmonics −order to order, for Hill's method."""
+        """Return a motion in the basis by its harmonics −order to order, for Hill's method."""
         size = self.basis.shape[1]
         places = np.arange(-order, order + 1)
         right, left = (
-            np.asarray(_harmonics(parts)[at] @ self.basis.T)
+            _harmonics(parts)[at]
             for parts, at in (
                 (spectral.right[:, :size, index], places),
                 (spectral.left[:, index, size:], -places),
             )
         )
-        return Root(
-            complex(spectral.values[index]),
-            spectral.speed_rad_s,
-            right / la.norm(right),
-            left / la.norm(left),
-        )
+        return Root(complex(spectral.values[index]), spectral.speed_rad_s, right, left)
 
     def _within(self, parts: dict[int, Matrix]) -> dict[int, Matrix]:
         return {h: self.basis.T @ part @ self.basis for h, part in parts.items()}

@@ -15,19 +15,21 @@ from solidwhirl.rotordyn.asymmetric.basis import search_basis
 from solidwhirl.rotordyn.asymmetric.constant import ConstantMotions
 from solidwhirl.rotordyn.asymmetric.exponents import FAST, PeriodicMotions
 from solidwhirl.rotordyn.asymmetric.floquet import floquet_multipliers
-from solidwhirl.rotordyn.asymmetric.hill_roots import Converged, Sought, converged_root
+from solidwhirl.rotordyn.asymmetric.hill_roots import Converged, Root, Sought, converged_root
 from solidwhirl.rotordyn.asymmetric.meetings import Meeting, beyond_strides, of_modes, with_itself
 from solidwhirl.rotordyn.asymmetric.periodic import PeriodicSystem, Term
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.stability.unstable_windows import Piece, Search
 
-# Harmonics to begin with, and at most.
-_FIRST, _MOST = 3, 15
+# Harmonics of Hill's method to begin with.
+_FIRST = 3
 # A motion that turns slower than this part of its rate stands still.
 _STILL = 1e-6
 # Part of the width of a range by which its ends, and of its growth by which that, may still move
 # when a harmonic is added.
 _STAYS = 1e-7
+# Accuracy of the multipliers beside it.
+_CLOSE = 1e-9
 # Growth by the speed that is rounding of Hill's method.
 _ROUNDING = 1e-12
 # Distance from the end of a range at which modes that meet are told apart, and in its middle what
@@ -172,7 +174,7 @@ class _Found:
         beat = self._system.stride * speed
         rest = abs(beyond_strides(top.imag, beat))
         still = rest <= _STILL * max(speed, beat)
-        known = floquet_multipliers(self._system, speed, basis=self._motions.basis)
+        known = floquet_multipliers(self._system, speed, _CLOSE, self._motions.basis)
         return UnstableRange(
             low_rad_s=low,
             high_rad_s=high,
@@ -192,8 +194,11 @@ class _Found:
         found = self._search.at(speed)
         start = self._motions.root(found, int(found.excess.argmax()), _FIRST)
         allowed = max(_STAYS * abs(start.value.real), _ROUNDING * speed)
-        top = converged_root(self._system, start, "growth", (np.inf, allowed), _MOST)
+        top = self._hill(start, "growth", (np.inf, allowed))
         return top.root.value if top is not None and top.root.value.real > 0 else None
+
+    def _hill(self, start: Root, sought: Sought, allowed: tuple[float, float]) -> Converged | None:
+        return converged_root(self._system, self._motions.basis, start, sought, allowed)
 
     def _end(self, speed: float, other: float) -> Converged:
         """Return where growth begins or ends at a speed; it grows towards the other.
@@ -211,7 +216,7 @@ class _Found:
         ways: tuple[Sought, Sought] = ("crossing", "meeting") if damped else ("meeting", "crossing")
         width = abs(other - speed)
         for sought in ways:
-            end = converged_root(self._system, start, sought, (_STAYS * width, np.inf), _MOST)
+            end = self._hill(start, sought, (_STAYS * width, np.inf))
             if end and abs(end.root.speed_rad_s - speed) < 0.5 * width + _SHIFT * speed:
                 return end
         raise AnalysisError(f"the end of an unstable range near {speed:.6g} rad/s was not found")
