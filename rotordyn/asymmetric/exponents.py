@@ -16,7 +16,7 @@ import numpy.typing as npt
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.system import Side
-from solidwhirl.rotordyn.asymmetric.basis import search_basis
+from solidwhirl.rotordyn.asymmetric.basis import fastest_rate, search_basis
 from solidwhirl.rotordyn.asymmetric.floquet import (
     GAUSS,
     exponentials,
@@ -37,8 +37,6 @@ from solidwhirl.rotordyn.stability.eigenvalue_paths import Spectral, Stretch, pa
 _PLACES = 32
 # Steps of a period for each radian of the fastest motion that is followed.
 _PER_RADIAN = 0.5
-#: The fastest motion that is followed, by the fastest change of the matrices.
-FAST = 2.0
 # What is left of a motion after a period below which it is lost in the rounding of the others.
 _DEAD = 1e-6
 
@@ -194,8 +192,8 @@ class PeriodicMotions:
 def floquet_exponents(system: PeriodicSystem, speeds_rad_s: npt.ArrayLike) -> list[ComplexArray]:
     """Return the exponents λ of a periodic system at speeds above 0 (s,), 1/s.
 
-    Those up to `FAST` times the fastest change of the matrices, in the frame of the body; each of
-    the harmonic in which it mostly moves. Raises AnalysisError for other speeds and for a system
+    Those up to the rate `fastest_rate`, in the frame of the body; each of the harmonic in which it
+    mostly moves. Raises AnalysisError for other speeds and for a system
     that is constant, which has eigenvalues at once.
     """
     speeds = np.atleast_1d(np.asarray(speeds_rad_s, dtype=float))
@@ -203,7 +201,7 @@ def floquet_exponents(system: PeriodicSystem, speeds_rad_s: npt.ArrayLike) -> li
         raise AnalysisError(
             "exponents need speeds above 0 and a system that changes with the angle"
         )
-    fastest = FAST * system.stride * float(speeds.max())
+    fastest = fastest_rate(system, float(speeds.max()))
     motions = PeriodicMotions(system, search_basis(system, fastest, float(speeds.max())), fastest)
     return [motions.solve(float(speed)).own for speed in speeds]
 

@@ -11,9 +11,9 @@ from typing import Any, Literal
 
 import numpy as np
 
-from solidwhirl.rotordyn.asymmetric.basis import search_basis
+from solidwhirl.rotordyn.asymmetric.basis import fastest_rate, search_basis
 from solidwhirl.rotordyn.asymmetric.constant import ConstantMotions
-from solidwhirl.rotordyn.asymmetric.exponents import FAST, PeriodicMotions
+from solidwhirl.rotordyn.asymmetric.exponents import PeriodicMotions
 from solidwhirl.rotordyn.asymmetric.floquet import floquet_multipliers
 from solidwhirl.rotordyn.asymmetric.hill_roots import Converged, Root, Sought, converged_root
 from solidwhirl.rotordyn.asymmetric.meetings import Meeting, beyond_strides, of_modes, with_itself
@@ -121,7 +121,7 @@ def _searched(system: PeriodicSystem, low: float, high: float, width: float) -> 
     """Search in ever more coordinates until the same pieces are found."""
     if not system.stride:
         return _Found(system, ConstantMotions(system, low, high), (low, high), width)
-    fastest, before = FAST * system.stride * high, None
+    fastest, before = fastest_rate(system, high), None
     while True:
         basis = search_basis(system, fastest, high)
         motions = PeriodicMotions(system, basis, fastest)

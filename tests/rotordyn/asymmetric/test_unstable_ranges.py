@@ -203,3 +203,11 @@ def with_stiff_masses(system, spring):
 def test_constant_system_has_eigenvalues_not_exponents():
     with pytest.raises(AnalysisError, match="changes with the angle"):
         floquet_exponents(on_shaft(1.0, (1.0, 2.0)), [1.0])
+
+
+def test_speeds_far_below_the_first_mode():
+    """The slowest mode turns at 1.8: what could grow below 0.3 is of a high order and damped."""
+    system, _ = two_blades((40.0, 90.0), (0.3, 0.2))
+    assert unstable_ranges(system, 0.1, 0.3) == ()
+    for speed in (0.12, 0.2, 0.29):
+        assert floquet_multipliers(system, speed).growth_1_s < 1e-9
