@@ -154,7 +154,7 @@ class PeriodicMotions:
             self._within(at_speed(t, speed))
             for t in (self._system.velocity, self._system.stiffness)
         )
-        parts = state_rates(velocity, stiffness, self._scale)
+        parts = state_rates(velocity, stiffness, self._scale, self.basis.shape[1])
         size = self.basis.shape[1]
         parts[0][:size, size:] = self._scale * np.eye(size)
         return parts
@@ -165,7 +165,7 @@ class PeriodicMotions:
             self._within(slope_at(t, speed))
             for t in (self._system.velocity, self._system.stiffness)
         )
-        return state_rates(velocity, stiffness, self._scale)
+        return state_rates(velocity, stiffness, self._scale, self.basis.shape[1])
 
     def _steps(self, parts: dict[int, Matrix], speed: float) -> FloatArray:
         """Matrices from each place of a period to the next, (places, m, m)."""

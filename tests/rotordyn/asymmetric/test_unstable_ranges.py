@@ -132,6 +132,9 @@ def test_matrices_without_a_constant_and_without_velocity():
     known = floquet_multipliers(system, 1.05)
     found = solve(prepared(hill_block(system, 4), 1.0, 0.5, 2.0), 1.05)
     assert found.own.real.max() == pytest.approx(known.growth_1_s, abs=1e-9)
+    # seen along with the springs it is a flat shaft between its critical speeds
+    (one,) = unstable_ranges(system, 0.5, 2.0)
+    assert (one.low_rad_s, one.high_rad_s) == pytest.approx((1.0, 1.1), rel=1e-9)
 
 
 @pytest.mark.parametrize("speeds", [(0.0, 1.0), (2.0, 1.0), (1.0, np.inf)])
