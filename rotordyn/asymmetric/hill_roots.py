@@ -20,6 +20,8 @@ from solidwhirl.rotordyn.stability.eigenvalue_paths import Block
 
 # Steps of Newton's method, and the relative change at which they end.
 _STEPS, _CHANGE = 30, 1e-7
+# Part of the speed beyond which a root is another one.
+_FAR = 0.1
 # Harmonics at most.
 _MOST = 15
 
@@ -107,7 +109,7 @@ def _newton(block: Block, start: Root, sought: Sought) -> Root | None:
         if sought == "crossing":
             value = 1j * value.imag
         right, left = step.right / la.norm(step.right), step.left / la.norm(step.left)
-        if not (speed > 0 and np.isfinite(abs(value))):
+        if not (abs(speed - start.speed_rad_s) < _FAR * start.speed_rad_s and np.isfinite(value)):
             return None
         if max(abs(step.value), abs(step.speed)) <= _CHANGE * scale:
             return Root(value, speed, right.reshape(shape), left.reshape(shape))
@@ -153,14 +155,20 @@ class _Bordered:
         if sought == "growth":
             value, speed = -g / by_value, 0.0
         elif sought == "crossing":
-            slopes = np.array([1j * by_value, by_speed])
-            matrix = np.array([slopes.real, slopes.imag])
-            turning, speed = la.solve(matrix, [-g.real, -g.imag])
-            value = 1j * turning
+            # of i ω and Ω, both real
+            turning = 1j * by_value
+            across = turning.real * by_speed.imag - turning.imag * by_speed.real
+            if not across:
+                return None
+            value = 1j * (g.imag * by_speed.real - g.real * by_speed.imag) / across
+            speed = (g.real * turning.imag - g.imag * turning.real) / across
         else:
-            matrix = np.array([[by_value, by_speed], self._second()])
-            value, rise = la.solve(matrix, [-g, -by_value])
-            speed = float(rise.real)
+            twice, mixed = self._second()
+            regular = by_value * mixed - by_speed * twice
+            if not regular:
+                return None
+            value = (by_speed * by_value - g * mixed) / regular
+            speed = ((g * twice - by_value**2) / regular).real
         return _Step(complex(value), float(speed), self._right, self._left)
 
     def _by(self, slope: ComplexArray) -> complex:

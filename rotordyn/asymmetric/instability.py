@@ -212,7 +212,8 @@ class _Found:
         start = start._replace(value=1j * start.value.imag)
         step = 2.0 * search.accuracy(speed, other) * (1 if speed > other else -1)
         beyond = search.at(min(max(speed + step, search.low), search.high))
-        damped = beyond.nearest(value)[1].real < -float(beyond.tolerance[beyond.counted].max())
+        index, after = beyond.nearest(value)
+        damped = after.real < -beyond.tolerance[index]
         ways: tuple[Sought, Sought] = ("crossing", "meeting") if damped else ("meeting", "crossing")
         width = abs(other - speed)
         for sought in ways:
