@@ -121,8 +121,8 @@ def main() -> None:
         ratio = (exponents + search) / (diagram + windows)
         print(
             f"{own.size} coordinates, damping {drag:g} N s/m, cross {cross:g} N/m: symmetric "
-            f"{diagram:.2f} + {windows:.2f} s, asymmetric {exponents:.2f} + {search:.2f} s, {len(ranges)} ranges, "
-            f"ratio {ratio:.1f}",
+            f"{diagram:.2f} + {windows:.2f} s, asymmetric {exponents:.2f} + {search:.2f} s, "
+            f"{len(ranges)} ranges, ratio {ratio:.1f}",
             flush=True,
         )
         for one in ranges:

@@ -35,9 +35,9 @@ _SHAPE = 0.3
 _AT_REST = 1e-9
 # Modes that the branches are sought in, over the fastest of their lines.
 _FAST = 1.0
-# Change of a motion by a harmonic that ends adding them, the most there may be, and the part of its
-# rate by which it may move on the way.
-_EXACT, _MOST, _MOVED = 1e-9, 15, 1e-2
+# Change of a motion by a harmonic that ends adding them, and the part of its rate by which it may
+# move on the way.
+_EXACT, _MOVED = 1e-9, 1e-2
 # Circles that differ by less are a line; decrements below this are rounding.
 _LINE, _UNDAMPED = 1e-2, 1e-9
 _SEEN = ("line_rad_s", "forward", "backward", "axial", "inside")
@@ -99,7 +99,7 @@ def rotating_diagram(
     multiples = np.arange(-reach, reach + 1)
     if rotating.periodic.stride:
         states = [
-            _settled(rotating.periodic, state, chosen)
+            _settled(rotating.periodic, basis, state, chosen)
             for state, chosen in zip(states, columns, strict=True)
         ]
         columns = [np.arange(len(chosen)) for chosen in columns]
@@ -160,15 +160,18 @@ def _motions(periodic: PeriodicSystem, speed: float, basis: FloatArray) -> _Stat
     return _State(speed, found.values[kept], found.slopes[kept], harmonics, parts, left)
 
 
-def _settled(periodic: PeriodicSystem, state: _State, chosen: IntArray) -> _State:
+def _settled(
+    periodic: PeriodicSystem, basis: FloatArray, state: _State, chosen: IntArray
+) -> _State:
     """Some motions in all coordinates; those that Newton's method does not find stay."""
     values, parts = state.values[chosen], state.parts[..., chosen]
     if len(state.harmonics) > 1:
         for k, mode in enumerate(chosen):
-            given = (state.parts[..., mode], state.left[..., mode])
+            # back to the coordinates of the basis, which is of unit mass
+            given = (a[..., mode] @ periodic.mass @ basis for a in (state.parts, state.left))
             start = Root(complex(values[k]), state.speed, *given)
             allowed = (np.inf, _EXACT * abs(values[k]))
-            found = converged_root(periodic, start, "growth", allowed, _MOST)
+            found = converged_root(periodic, basis, start, "growth", allowed)
             if found is not None and abs(found.root.value - values[k]) < _MOVED * abs(values[k]):
                 extra = (len(found.root.right) - len(parts)) // 2
                 values[k] = found.root.value

@@ -16,7 +16,7 @@ import numpy.typing as npt
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.system import Side
-from solidwhirl.rotordyn.asymmetric.basis import search_basis
+from solidwhirl.rotordyn.asymmetric.basis import fastest_rate, search_basis
 from solidwhirl.rotordyn.asymmetric.floquet import (
     GAUSS,
     exponentials,
@@ -35,10 +35,8 @@ from solidwhirl.rotordyn.stability.eigenvalue_paths import Spectral, Stretch, pa
 # Places of a period at which vectors are held: motions that meet by more than half as many strides
 # do not drive each other.
 _PLACES = 32
-# Steps of a period for each radian of the fastest motion that is followed.
+# Steps of a period for each radian of the fastest motion of the basis.
 _PER_RADIAN = 0.5
-#: The fastest motion that is followed, by the fastest change of the matrices.
-FAST = 2.0
 # What is left of a motion after a period below which it is lost in the rounding of the others.
 _DEAD = 1e-6
 
@@ -135,22 +133,17 @@ class PeriodicMotions:
         return mac.max(axis=0), np.where(best < _PLACES // 2, best, best - _PLACES)
 
     def root(self, spectral: Exponents, index: int, order: int) -> Root:
-        """Return a motion by its harmonics −order to order, for Hill's method."""
+        """Return a motion in the basis by its harmonics −order to order, for Hill's method."""
         size = self.basis.shape[1]
         places = np.arange(-order, order + 1)
         right, left = (
-            np.asarray(_harmonics(parts)[at] @ self.basis.T)
+            _harmonics(parts)[at]
             for parts, at in (
                 (spectral.right[:, :size, index], places),
                 (spectral.left[:, index, size:], -places),
             )
         )
-        return Root(
-            complex(spectral.values[index]),
-            spectral.speed_rad_s,
-            right / la.norm(right),
-            left / la.norm(left),
-        )
+        return Root(complex(spectral.values[index]), spectral.speed_rad_s, right, left)
 
     def _within(self, parts: dict[int, Matrix]) -> dict[int, Matrix]:
         return {h: self.basis.T @ part @ self.basis for h, part in parts.items()}
@@ -158,7 +151,7 @@ class PeriodicMotions:
     def _parts(self, speed: float) -> dict[int, Matrix]:
         """Harmonics of A."""
         velocity, stiffness = (self._within(part) for part in self._system.at(speed))
-        parts = state_rates(velocity, stiffness, self._scale)
+        parts = state_rates(velocity, stiffness, self._scale, self.basis.shape[1])
         size = self.basis.shape[1]
         parts[0][:size, size:] = self._scale * np.eye(size)
         return parts
@@ -166,12 +159,12 @@ class PeriodicMotions:
     def _slopes(self, speed: float) -> dict[int, Matrix]:
         """Harmonics of dA/dΩ."""
         velocity, stiffness = (self._within(part) for part in self._system.slopes(speed))
-        return state_rates(velocity, stiffness, self._scale)
+        return state_rates(velocity, stiffness, self._scale, self.basis.shape[1])
 
     def _steps(self, parts: dict[int, Matrix], speed: float) -> FloatArray:
         """Matrices from each place of a period to the next, (places, m, m)."""
         turn = 2.0 * np.pi / self._system.stride
-        wanted = _PER_RADIAN * self._fastest * turn / speed
+        wanted = _PER_RADIAN * self._scale * turn / speed
         doublings = max(0, int(np.ceil(np.log2(wanted / _PLACES))))
         count = _PLACES * 2**doublings
         angles = turn / count * np.arange(count)
@@ -193,8 +186,8 @@ class PeriodicMotions:
 def floquet_exponents(system: PeriodicSystem, speeds_rad_s: npt.ArrayLike) -> list[ComplexArray]:
     """Return the exponents λ of a periodic system at speeds above 0 (s,), 1/s.
 
-    Those up to `FAST` times the fastest change of the matrices, in the frame of the body; each of
-    the harmonic in which it mostly moves. Raises AnalysisError for other speeds and for a system
+    Those up to the rate `fastest_rate`, in the frame of the body; each of the harmonic in which it
+    mostly moves. Raises AnalysisError for other speeds and for a system
     that is constant, which has eigenvalues at once.
     """
     speeds = np.atleast_1d(np.asarray(speeds_rad_s, dtype=float))
@@ -202,7 +195,7 @@ def floquet_exponents(system: PeriodicSystem, speeds_rad_s: npt.ArrayLike) -> li
         raise AnalysisError(
             "exponents need speeds above 0 and a system that changes with the angle"
         )
-    fastest = FAST * system.stride * float(speeds.max())
+    fastest = fastest_rate(system, float(speeds.max()))
     motions = PeriodicMotions(system, search_basis(system, fastest, float(speeds.max())), fastest)
     return [motions.solve(float(speed)).own for speed in speeds]
 

@@ -81,7 +81,7 @@ class _State:
         )
         constant = stiffness.get(0, np.zeros((size, size)))
         self.fastest = float(max(np.sqrt(np.abs(la.eigvals(constant)).max()), abs(speed)))
-        self._parts = state_rates(velocity, stiffness, self.fastest)
+        self._parts = state_rates(velocity, stiffness, self.fastest, size)
         self._parts[0][:size, size:] = self.fastest * np.eye(size)
 
     def over(self, period: float, steps: int) -> FloatArray:
@@ -102,11 +102,9 @@ class _State:
 
 
 def state_rates(
-    velocity: Mapping[int, Matrix], stiffness: Mapping[int, Matrix], scale: float
+    velocity: Mapping[int, Matrix], stiffness: Mapping[int, Matrix], scale: float, n: int
 ) -> dict[int, Matrix]:
-    """Return the harmonics of what changes the scaled velocity q' / s by q and by itself."""
-    some = next(iter((*velocity.values(), *stiffness.values())))
-    n = len(some)
+    """Return the harmonics of what changes the scaled velocity q' / s by q and by itself, (n,)."""
     out: dict[int, Matrix] = {}
     for h in {0, *velocity, *stiffness}:
         part = out[h] = np.zeros((2 * n, 2 * n), dtype=float if h == 0 else complex)

@@ -11,23 +11,25 @@ from typing import Any, Literal
 
 import numpy as np
 
-from solidwhirl.rotordyn.asymmetric.basis import search_basis
+from solidwhirl.rotordyn.asymmetric.basis import fastest_rate, search_basis
 from solidwhirl.rotordyn.asymmetric.constant import ConstantMotions
-from solidwhirl.rotordyn.asymmetric.exponents import FAST, PeriodicMotions
+from solidwhirl.rotordyn.asymmetric.exponents import PeriodicMotions
 from solidwhirl.rotordyn.asymmetric.floquet import floquet_multipliers
-from solidwhirl.rotordyn.asymmetric.hill_roots import Converged, Sought, converged_root
+from solidwhirl.rotordyn.asymmetric.hill_roots import Converged, Root, Sought, converged_root
 from solidwhirl.rotordyn.asymmetric.meetings import Meeting, beyond_strides, of_modes, with_itself
 from solidwhirl.rotordyn.asymmetric.periodic import PeriodicSystem, Term
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.stability.unstable_windows import Piece, Search
 
-# Harmonics to begin with, and at most.
-_FIRST, _MOST = 3, 15
+# Harmonics of Hill's method to begin with.
+_FIRST = 3
 # A motion that turns slower than this part of its rate stands still.
 _STILL = 1e-6
 # Part of the width of a range by which its ends, and of its growth by which that, may still move
 # when a harmonic is added.
 _STAYS = 1e-7
+# Accuracy of the multipliers beside it.
+_CLOSE = 1e-9
 # Growth by the speed that is rounding of Hill's method.
 _ROUNDING = 1e-12
 # Distance from the end of a range at which modes that meet are told apart, and in its middle what
@@ -122,7 +124,7 @@ def _searched(system: PeriodicSystem, low: float, high: float, width: float) -> 
     """
     if not system.stride:
         return _Found(system, ConstantMotions(system, low, high), (low, high), width)
-    fastest = FAST * system.stride * high
+    fastest = fastest_rate(system, high)
     motions = PeriodicMotions(system, search_basis(system, fastest, high), fastest)
     return _Found(system, motions, (low, high), width)
 
@@ -162,7 +164,7 @@ class _Found:
         beat = self._system.stride * speed
         rest = abs(beyond_strides(top.imag, beat))
         still = rest <= _STILL * max(speed, beat)
-        known = floquet_multipliers(self._system, speed, basis=self._motions.basis)
+        known = floquet_multipliers(self._system, speed, _CLOSE, self._motions.basis)
         return UnstableRange(
             low_rad_s=low,
             high_rad_s=high,
@@ -182,8 +184,11 @@ class _Found:
         found = self._search.at(speed)
         start = self._motions.root(found, int(found.excess.argmax()), _FIRST)
         allowed = max(_STAYS * abs(start.value.real), _ROUNDING * speed)
-        top = converged_root(self._system, start, "growth", (np.inf, allowed), _MOST)
+        top = self._hill(start, "growth", (np.inf, allowed))
         return top.root.value if top is not None and top.root.value.real > 0 else None
+
+    def _hill(self, start: Root, sought: Sought, allowed: tuple[float, float]) -> Converged | None:
+        return converged_root(self._system, self._motions.basis, start, sought, allowed)
 
     def _end(self, speed: float, other: float) -> Converged:
         """Return where growth begins or ends at a speed; it grows towards the other.
@@ -197,11 +202,12 @@ class _Found:
         start = start._replace(value=1j * start.value.imag)
         step = 2.0 * search.accuracy(speed, other) * (1 if speed > other else -1)
         beyond = search.at(min(max(speed + step, search.low), search.high))
-        damped = beyond.nearest(value)[1].real < -float(beyond.tolerance[beyond.counted].max())
+        index, after = beyond.nearest(value)
+        damped = after.real < -beyond.tolerance[index]
         ways: tuple[Sought, Sought] = ("crossing", "meeting") if damped else ("meeting", "crossing")
         width = abs(other - speed)
         for sought in ways:
-            end = converged_root(self._system, start, sought, (_STAYS * width, np.inf), _MOST)
+            end = self._hill(start, sought, (_STAYS * width, np.inf))
             if end and abs(end.root.speed_rad_s - speed) < 0.5 * width + _SHIFT * speed:
                 return end
         raise AnalysisError(f"the end of an unstable range near {speed:.6g} rad/s was not found")

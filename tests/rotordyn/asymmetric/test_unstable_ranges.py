@@ -99,6 +99,9 @@ def test_matrices_without_a_constant_and_without_velocity():
     known = floquet_multipliers(system, 1.05)
     found = solve(prepared(hill_block(system, 4), 1.0, 0.5, 2.0), 1.05)
     assert found.own.real.max() == pytest.approx(known.growth_1_s, abs=1e-9)
+    # seen along with the springs it is a flat shaft between its critical speeds
+    (one,) = unstable_ranges(system, 0.5, 2.0)
+    assert (one.low_rad_s, one.high_rad_s) == pytest.approx((1.0, 1.1), rel=1e-9)
 
 
 @pytest.mark.parametrize("speeds", [(0.0, 1.0), (2.0, 1.0), (1.0, np.inf)])
@@ -170,3 +173,11 @@ def with_stiff_masses(system, spring):
 def test_constant_system_has_eigenvalues_not_exponents():
     with pytest.raises(AnalysisError, match="changes with the angle"):
         floquet_exponents(on_shaft(1.0, (1.0, 2.0)), [1.0])
+
+
+def test_speeds_far_below_the_first_mode():
+    """The slowest mode turns at 1.8: what could grow below 0.3 is of a high order and damped."""
+    system, _ = two_blades((40.0, 90.0), (0.3, 0.2))
+    assert unstable_ranges(system, 0.1, 0.3) == ()
+    for speed in (0.12, 0.2, 0.29):
+        assert floquet_multipliers(system, speed).growth_1_s < 1e-9
