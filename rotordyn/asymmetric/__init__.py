@@ -1,12 +1,14 @@
 """Bodies that do not bend alike in all directions, in the frame that turns with them.
 
 In: an engine with such bodies, or matrices of one in its own frame and what holds it at rest. Out:
-motions and unstable ranges of speed by Hill's method, Floquet multipliers, run-ups in time.
+exponents and multipliers of Floquet, motions by Hill's method, unstable ranges of speed by both,
+resonances, steady motion, run-ups in time.
 """
 
 from __future__ import annotations
 
 from solidwhirl.rotordyn.asymmetric.assembly import RotatingSystem, assemble_rotating, at_rest
+from solidwhirl.rotordyn.asymmetric.exponents import floquet_exponents
 from solidwhirl.rotordyn.asymmetric.floquet import floquet_multipliers
 from solidwhirl.rotordyn.asymmetric.growth import (
     FittedGrowth,
@@ -20,6 +22,7 @@ from solidwhirl.rotordyn.asymmetric.instability import (
     closed_by_damping,
     unstable_ranges,
 )
+from solidwhirl.rotordyn.asymmetric.meetings import Meeting
 from solidwhirl.rotordyn.asymmetric.periodic import Joint, PeriodicSystem, turning_body
 from solidwhirl.rotordyn.asymmetric.run_up import run_up_rotating
 
@@ -27,12 +30,15 @@ __all__ = [
     "FittedGrowth",
     "GrowthEnd",
     "Joint",
+    "Meeting",
     "PeriodicSystem",
     "RotatingSystem",
     "UnstableRange",
     "assemble_rotating",
     "at_rest",
+    "closed_by_damping",
     "fitted_growth",
+    "floquet_exponents",
     "floquet_multipliers",
     "growth_end",
     "hill_block",

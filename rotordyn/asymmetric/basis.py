@@ -36,6 +36,28 @@ def held_to(system: PeriodicSystem, basis: FloatArray) -> PeriodicSystem:
     )
 
 
+#: The fastest motion that is followed, by the fastest change of the matrices or the slowest mode.
+FAST = 2.0
+
+
+def fastest_rate(system: PeriodicSystem, speed_rad_s: float) -> float:
+    """Return the rate of the fastest motion that is followed at speeds up to one, 1/s."""
+    squared, _ = _at_rest(system)
+    return FAST * max(system.stride * speed_rad_s, float(np.sqrt(np.abs(squared).min())))
+
+
+def _at_rest(system: PeriodicSystem) -> tuple[FloatArray, FloatArray]:
+    """ω² and modes at rest, without damping and circulatory forces."""
+    squared, modes = la.eigh(_own(system), system.mass)
+    return np.asarray(squared), np.asarray(modes)
+
+
+def _own(system: PeriodicSystem) -> FloatArray:
+    """Even part of the stiffness that is there at rest and all angles."""
+    own = system.at(0.0)[1].get(0, np.zeros_like(system.mass))
+    return np.asarray(0.5 * (own + own.T).real)
+
+
 def search_basis(system: PeriodicSystem, fastest_1_s: float, speed_rad_s: float) -> FloatArray:
     """Return motions B (n, r) with Bᵀ M B = 1.
 
@@ -44,14 +66,12 @@ def search_basis(system: PeriodicSystem, fastest_1_s: float, speed_rad_s: float)
     """
     lower = la.cholesky(system.mass, lower=True)
     velocity, stiffness = system.at(speed_rad_s)
-    own = system.at(0.0)[1].get(0, np.zeros_like(system.mass))
-    own = 0.5 * (own + own.T)
-    squared, modes = la.eigh(own, system.mass)
+    squared, modes = _at_rest(system)
     slow = np.abs(squared) <= fastest_1_s**2
     kept, others = modes[:, slow], modes[:, ~slow]
     if not others.size:
         return np.asarray(modes)
-    stiffness[0] = stiffness.get(0, 0.0) - own
+    stiffness[0] = stiffness.get(0, 0.0) - _own(system)
     parts = [*stiffness.values(), *(fastest_1_s * part for part in velocity.values())]
     met = [side @ kept for part in parts for side in (part.real, part.imag)]
     answers = (others / squared[~slow]) @ (others.T @ np.hstack(met))

@@ -19,6 +19,7 @@ from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.asymmetric.assembly import RotatingSystem
 from solidwhirl.rotordyn.asymmetric.basis import held_to, search_basis
 from solidwhirl.rotordyn.asymmetric.hill import hill_block
+from solidwhirl.rotordyn.asymmetric.hill_roots import Root, converged_root
 from solidwhirl.rotordyn.asymmetric.periodic import Harmonics, PeriodicSystem, Term
 from solidwhirl.rotordyn.asymmetric.response import seen
 from solidwhirl.rotordyn.campbell.diagram import Campbell
@@ -33,7 +34,10 @@ _SHAPE = 0.3
 # A speed at which the turn says nothing: matrices are those of one angle.
 _AT_REST = 1e-9
 # Modes that the branches are sought in, over the fastest of their lines.
-_FAST = 2.0
+_FAST = 1.0
+# Change of a motion by a harmonic that ends adding them, and the part of its rate by which it may
+# move on the way.
+_EXACT, _MOVED = 1e-9, 1e-2
 # Circles that differ by less are a line; decrements below this are rounding.
 _LINE, _UNDAMPED = 1e-2, 1e-9
 _SEEN = ("line_rad_s", "forward", "backward", "axial", "inside")
@@ -81,7 +85,10 @@ def rotating_diagram(
     if speeds.ndim != 1 or not speeds.size or (speeds < 0).any() or (np.diff(speeds) <= 0).any():
         raise AnalysisError("speeds_rad_s must rise, and none be negative")
     basis = _slow_motions(rotating.periodic, float(speeds.max()), branch_count)
-    states = [_motions(rotating.periodic, float(speed), basis) for speed in speeds]
+    every = np.eye(rotating.periodic.size)
+    states = [
+        _motions(rotating.periodic, float(speed), basis if speed else every) for speed in speeds
+    ]
     order = np.argsort(np.abs(states[0].values))
     still = _AT_REST * float(np.abs(states[0].values).max(initial=0.0))
     slow = [k for k in order if states[0].values[k].imag > still]
@@ -90,6 +97,12 @@ def rotating_diagram(
         columns.append(_followed(rotating.periodic, before, after, columns[-1]))
     reach = 1 + _ORDER * rotating.periodic.stride
     multiples = np.arange(-reach, reach + 1)
+    if rotating.periodic.stride:
+        states = [
+            _settled(rotating.periodic, basis, state, chosen)
+            for state, chosen in zip(states, columns, strict=True)
+        ]
+        columns = [np.arange(len(chosen)) for chosen in columns]
     ends = _turning_ends(rotating)
     lines = [
         [_lines(rotating, state, k, ends, multiples) for k in chosen]
@@ -106,13 +119,14 @@ def rotating_diagram(
 
 
 class _State(NamedTuple):
-    """All motions at one speed: λ, dλ/dΩ, and parts by harmonic (h, n, m)."""
+    """Motions at one speed: λ, dλ/dΩ, and right and left parts by harmonic, (h, n, m) each."""
 
     speed: float
     values: ComplexArray
     slopes: ComplexArray
     harmonics: IntArray
     parts: ComplexArray
+    left: ComplexArray
 
 
 def _slow_motions(periodic: PeriodicSystem, top: float, branch_count: int) -> FloatArray:
@@ -135,14 +149,34 @@ def _motions(periodic: PeriodicSystem, speed: float, basis: FloatArray) -> _Stat
     periodic = held_to(periodic, basis)
     own = periodic.at(0.0)[1][0]
     rate = float((np.diag(own).real / np.diag(periodic.mass)).max())
-    turning = periodic if speed > _AT_REST * np.sqrt(rate) else _frozen(periodic)
+    turning = periodic if speed else _frozen(periodic)
     order = _ORDER if turning.stride else 0
     block = prepared(hill_block(turning, order), rate, 0.5 * speed, max(speed, 1.0))
     found: Spectral = with_slopes(block, solve(block, speed), "both")
     kept = np.flatnonzero(found.counted)
     harmonics = turning.stride * np.arange(-order, order + 1)
     parts = basis @ found.right[:, kept].reshape(len(harmonics), periodic.size, -1)
-    return _State(speed, found.values[kept], found.slopes[kept], harmonics, parts)
+    left = basis @ found.left[kept].conj().T.reshape(len(harmonics), periodic.size, -1)
+    return _State(speed, found.values[kept], found.slopes[kept], harmonics, parts, left)
+
+
+def _settled(
+    periodic: PeriodicSystem, basis: FloatArray, state: _State, chosen: IntArray
+) -> _State:
+    """Some motions in all coordinates; those that Newton's method does not find stay."""
+    values, parts = state.values[chosen], state.parts[..., chosen]
+    if len(state.harmonics) > 1:
+        for k, mode in enumerate(chosen):
+            # back to the coordinates of the basis, which is of unit mass
+            given = (a[..., mode] @ periodic.mass @ basis for a in (state.parts, state.left))
+            start = Root(complex(values[k]), state.speed, *given)
+            allowed = (np.inf, _EXACT * abs(values[k]))
+            found = converged_root(periodic, basis, start, "growth", allowed)
+            if found is not None and abs(found.root.value - values[k]) < _MOVED * abs(values[k]):
+                extra = (len(found.root.right) - len(parts)) // 2
+                values[k] = found.root.value
+                parts[..., k] = found.root.right[extra : extra + len(parts)]
+    return state._replace(values=values, parts=parts, left=state.left[..., chosen])
 
 
 def _frozen(periodic: PeriodicSystem) -> PeriodicSystem:

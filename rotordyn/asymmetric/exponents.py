@@ -10,29 +10,35 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property, reduce
-from math import factorial
 
 import numpy as np
+import numpy.typing as npt
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.system import Side
-from solidwhirl.rotordyn.asymmetric.floquet import GAUSS, magnus_exponent, state_rates, with_angle
+from solidwhirl.rotordyn.asymmetric.basis import fastest_rate, search_basis
+from solidwhirl.rotordyn.asymmetric.floquet import (
+    GAUSS,
+    exponentials,
+    magnus_exponent,
+    state_rates,
+    with_angle,
+)
 from solidwhirl.rotordyn.asymmetric.hill_roots import Root
 from solidwhirl.rotordyn.asymmetric.periodic import PeriodicSystem
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, Matrix
 from solidwhirl.rotordyn.core.dense import eigensolver_rounding
+from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.modes.damping import NEUTRAL
 from solidwhirl.rotordyn.stability.eigenvalue_paths import Spectral, Stretch, paired
 
 # Places of a period at which vectors are held: motions that meet by more than half as many strides
 # do not drive each other.
 _PLACES = 32
-# Steps of a period for each radian of the fastest motion that is followed.
-_PER_RADIAN = 1.0
+# Steps of a period for each radian of the fastest motion of the basis.
+_PER_RADIAN = 0.5
 # What is left of a motion after a period below which it is lost in the rounding of the others.
 _DEAD = 1e-6
-# Terms of the series of an exponential, four to a row.
-_SERIES = 1.0 / np.array([factorial(k) for k in range(16)], dtype=float).reshape(4, 4)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -127,49 +133,44 @@ class PeriodicMotions:
         return mac.max(axis=0), np.where(best < _PLACES // 2, best, best - _PLACES)
 
     def root(self, spectral: Exponents, index: int, order: int) -> Root:
-        """Return a motion by its harmonics −order to order, for Hill's method."""
+        """Return a motion in the basis by its harmonics −order to order, for Hill's method."""
         size = self.basis.shape[1]
         places = np.arange(-order, order + 1)
         right, left = (
-            np.asarray(_harmonics(parts)[at] @ self.basis.T)
+            _harmonics(parts)[at]
             for parts, at in (
                 (spectral.right[:, :size, index], places),
                 (spectral.left[:, index, size:], -places),
             )
         )
-        return Root(
-            complex(spectral.values[index]),
-            spectral.speed_rad_s,
-            right / la.norm(right),
-            left / la.norm(left),
-        )
+        return Root(complex(spectral.values[index]), spectral.speed_rad_s, right, left)
 
     def _within(self, parts: dict[int, Matrix]) -> dict[int, Matrix]:
         return {h: self.basis.T @ part @ self.basis for h, part in parts.items()}
 
     def _parts(self, speed: float) -> dict[int, Matrix]:
         """Harmonics of A."""
-        found = self._system.at(speed)
-        parts = state_rates(*(self._within(part) for part in found), self._scale)
+        velocity, stiffness = (self._within(part) for part in self._system.at(speed))
+        parts = state_rates(velocity, stiffness, self._scale, self.basis.shape[1])
         size = self.basis.shape[1]
         parts[0][:size, size:] = self._scale * np.eye(size)
         return parts
 
     def _slopes(self, speed: float) -> dict[int, Matrix]:
         """Harmonics of dA/dΩ."""
-        found = self._system.slopes(speed)
-        return state_rates(*(self._within(part) for part in found), self._scale)
+        velocity, stiffness = (self._within(part) for part in self._system.slopes(speed))
+        return state_rates(velocity, stiffness, self._scale, self.basis.shape[1])
 
     def _steps(self, parts: dict[int, Matrix], speed: float) -> FloatArray:
         """Matrices from each place of a period to the next, (places, m, m)."""
         turn = 2.0 * np.pi / self._system.stride
-        wanted = _PER_RADIAN * self._fastest * turn / speed
+        wanted = _PER_RADIAN * self._scale * turn / speed
         doublings = max(0, int(np.ceil(np.log2(wanted / _PLACES))))
         count = _PLACES * 2**doublings
         angles = turn / count * np.arange(count)
         step = turn / count / speed
         early, late = (step * with_angle(parts, angles + g * turn / count) for g in GAUSS)
-        steps = _exponentials(magnus_exponent(early, late))
+        steps = exponentials(magnus_exponent(early, late))
         for _ in range(doublings):
             steps = steps[1::2] @ steps[::2]
         return steps
@@ -180,6 +181,23 @@ class PeriodicMotions:
         moved, speed = right[:, :size], self._scale * right[:, size:]
         energy = (np.abs(moved) ** 2).sum(axis=(0, 1))
         return np.asarray((moved.conj() * speed).sum(axis=(0, 1)) / energy)
+
+
+def floquet_exponents(system: PeriodicSystem, speeds_rad_s: npt.ArrayLike) -> list[ComplexArray]:
+    """Return the exponents λ of a periodic system at speeds above 0 (s,), 1/s.
+
+    Those up to the rate `fastest_rate`, in the frame of the body; each of the harmonic in which it
+    mostly moves. Raises AnalysisError for other speeds and for a system
+    that is constant, which has eigenvalues at once.
+    """
+    speeds = np.atleast_1d(np.asarray(speeds_rad_s, dtype=float))
+    if not (speeds.size and np.isfinite(speeds).all() and (speeds > 0).all() and system.stride):
+        raise AnalysisError(
+            "exponents need speeds above 0 and a system that changes with the angle"
+        )
+    fastest = fastest_rate(system, float(speeds.max()))
+    motions = PeriodicMotions(system, search_basis(system, fastest, float(speeds.max())), fastest)
+    return [motions.solve(float(speed)).own for speed in speeds]
 
 
 class _Couplings:
@@ -228,22 +246,3 @@ def _carried(
         left = y[k] = fade[:, None] * (left @ steps[k])
     norm = np.einsum("kij,kji->i", y, x) / len(steps)
     return x, y / np.where(norm == 0, 1.0, norm)[:, None]
-
-
-def _exponentials(matrices: FloatArray) -> FloatArray:
-    """Exponentials of matrices (count, m, m) by their series, halved until they are small."""
-    norm = float(np.abs(matrices).sum(axis=1).max())
-    halvings = max(0, int(np.ceil(np.log2(max(norm, 1e-300)))))
-    powers = np.empty((4, *matrices.shape))
-    powers[0] = np.eye(matrices.shape[1])
-    powers[1] = matrices / 2.0**halvings
-    np.matmul(powers[1], powers[1], out=powers[2])
-    np.matmul(powers[2], powers[1], out=powers[3])
-    fourth = powers[2] @ powers[2]
-    zeroth, lower, upper, out = np.tensordot(_SERIES, powers, axes=1)
-    for part in (upper, lower, zeroth):
-        out = out @ fourth
-        out += part
-    for _ in range(halvings):
-        out = out @ out
-    return out

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import reduce
+from math import factorial
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +16,10 @@ from solidwhirl.rotordyn.core.errors import AnalysisError
 
 # Steps of a period to begin with, for each radian of the fastest motion, and doublings at most.
 _FEWEST, _PER_RADIAN, _DOUBLINGS = 16, 0.25, 8
+# Terms of the series of an exponential, four to a row.
+_SERIES = 1.0 / np.array([factorial(k) for k in range(16)], dtype=float).reshape(4, 4)
+# Steps that are taken at once.
+_TOGETHER = 256
 #: Gauss points of a step.
 GAUSS = (0.5 - np.sqrt(3.0) / 6.0, 0.5 + np.sqrt(3.0) / 6.0)
 
@@ -75,25 +81,30 @@ class _State:
         )
         constant = stiffness.get(0, np.zeros((size, size)))
         self.fastest = float(max(np.sqrt(np.abs(la.eigvals(constant)).max()), abs(speed)))
-        self._parts = state_rates(velocity, stiffness, self.fastest)
+        self._parts = state_rates(velocity, stiffness, self.fastest, size)
         self._parts[0][:size, size:] = self.fastest * np.eye(size)
 
     def over(self, period: float, steps: int) -> FloatArray:
         """The matrix of a period."""
         h = period / steps
         out = np.eye(len(self._parts[0]))
-        for k in range(steps):
-            early, late = h * with_angle(self._parts, self._speed * h * (k + np.array(GAUSS)))
-            out = la.expm(magnus_exponent(early, late)) @ out
+        for first in range(0, steps, _TOGETHER):
+            starts = np.arange(first, min(first + _TOGETHER, steps))
+            early, late = (
+                h * with_angle(self._parts, self._speed * h * (starts + part)) for part in GAUSS
+            )
+            out = reduce(
+                lambda before, step: step @ before,
+                exponentials(magnus_exponent(early, late)),
+                out,
+            )
         return out
 
 
 def state_rates(
-    velocity: Mapping[int, Matrix], stiffness: Mapping[int, Matrix], scale: float
+    velocity: Mapping[int, Matrix], stiffness: Mapping[int, Matrix], scale: float, n: int
 ) -> dict[int, Matrix]:
-    """Return the harmonics of what changes the scaled velocity q' / s by q and by itself."""
-    some = next(iter((*velocity.values(), *stiffness.values())))
-    n = len(some)
+    """Return the harmonics of what changes the scaled velocity q' / s by q and by itself, (n,)."""
     out: dict[int, Matrix] = {}
     for h in {0, *velocity, *stiffness}:
         part = out[h] = np.zeros((2 * n, 2 * n), dtype=float if h == 0 else complex)
@@ -116,4 +127,23 @@ def with_angle(parts: Mapping[int, Matrix], angles: FloatArray) -> FloatArray:
 def magnus_exponent(early: FloatArray, late: FloatArray) -> FloatArray:
     """Return the exponent of a step from h A at its Gauss points, one or many (k, m, m)."""
     both = late @ early - early @ late
-    return 0.5 * (early + late) + np.sqrt(3.0) / 12.0 * both
+    return np.asarray(0.5 * (early + late) + np.sqrt(3.0) / 12.0 * both)
+
+
+def exponentials(matrices: FloatArray) -> FloatArray:
+    """Exponentials of matrices (count, m, m) by their series, halved until they are small."""
+    norm = float(np.abs(matrices).sum(axis=1).max())
+    halvings = max(0, int(np.ceil(np.log2(max(norm, 1e-300)))))
+    powers = np.empty((4, *matrices.shape))
+    powers[0] = np.eye(matrices.shape[1])
+    powers[1] = matrices / 2.0**halvings
+    np.matmul(powers[1], powers[1], out=powers[2])
+    np.matmul(powers[2], powers[1], out=powers[3])
+    fourth = powers[2] @ powers[2]
+    zeroth, lower, upper, out = np.tensordot(_SERIES, powers, axes=1)
+    for part in (upper, lower, zeroth):
+        out = out @ fourth
+        out += part
+    for _ in range(halvings):
+        out = out @ out
+    return np.asarray(out)

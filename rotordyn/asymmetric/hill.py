@@ -18,7 +18,7 @@ import numpy as np
 
 from solidwhirl.rotordyn.assembly.system import Side
 from solidwhirl.rotordyn.asymmetric.periodic import PeriodicSystem
-from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, Matrix
+from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, FloatArray, Matrix
 from solidwhirl.rotordyn.stability.eigenvalue_paths import Block, Coefficients
 
 # Distance of the mean harmonic of a motion from the zeroth up to which it counts: half, and a
@@ -26,17 +26,22 @@ from solidwhirl.rotordyn.stability.eigenvalue_paths import Block, Coefficients
 _CENTRAL = 0.6
 
 
-def hill_block(system: PeriodicSystem, order: int) -> Block:
+def hill_block(system: PeriodicSystem, order: int, basis: FloatArray | None = None) -> Block:
     """Return the motions of a periodic system with the harmonics −order to order.
 
-    A system whose matrices are constant needs none: its order is 0.
+    A system whose matrices are constant needs none: its order is 0. `basis`: motions (n, r) that
+    the system is held to; None leaves it all.
     """
     order = order if system.stride else 0
     shifts = 1j * system.stride * np.arange(-order, order + 1)
-    mass, laid = system.mass, partial(_laid, order, system.stride, system.size)
+    mass = system.mass if basis is None else basis.T @ system.mass @ basis
+    laid = partial(_laid, order, system.stride, len(mass))
+
+    def held(parts: Mapping[int, Matrix]) -> Mapping[int, Matrix]:
+        return parts if basis is None else {h: basis.T @ a @ basis for h, a in parts.items()}
 
     def at(speed: float) -> Coefficients:
-        velocity, stiffness = system.at(speed)
+        velocity, stiffness = (held(part) for part in system.at(speed))
         rate = shifts * speed
         return Coefficients(
             laid(velocity) + _diagonal(2.0 * rate, mass),
@@ -44,8 +49,8 @@ def hill_block(system: PeriodicSystem, order: int) -> Block:
         )
 
     def slopes(speed: float, side: Side) -> Coefficients:
-        velocity, _ = system.at(speed)
-        turn, change = system.slopes(speed, side)
+        velocity = held(system.at(speed)[0])
+        turn, change = (held(part) for part in system.slopes(speed, side))
         return Coefficients(
             laid(turn) + _diagonal(2.0 * shifts, mass),
             laid(change)

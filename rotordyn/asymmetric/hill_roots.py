@@ -7,19 +7,23 @@ where two eigenvalues meet, and its derivatives need no other factors than g.
 
 from __future__ import annotations
 
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.asymmetric.hill import hill_block
 from solidwhirl.rotordyn.asymmetric.periodic import PeriodicSystem
-from solidwhirl.rotordyn.core.arrays import ComplexArray, Matrix
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.stability.eigenvalue_paths import Block
 
 # Steps of Newton's method, and the relative change at which they end.
-_STEPS, _CHANGE = 30, 1e-9
+_STEPS, _CHANGE = 30, 1e-7
+# Part of the speed beyond which a root is another one.
+_FAR = 0.1
+# Harmonics at most.
+_MOST = 15
 
 #: What is sought: λ at a speed, the speed at which Re λ = 0, or that at which two λ are equal.
 Sought = Literal["growth", "crossing", "meeting"]
@@ -43,32 +47,50 @@ class Converged(NamedTuple):
 
 
 def converged_root(
-    system: PeriodicSystem, start: Root, sought: Sought, allowed: tuple[float, float], most: int
+    system: PeriodicSystem,
+    basis: FloatArray,
+    start: Root,
+    sought: Sought,
+    allowed: tuple[float, float],
 ) -> Converged | None:
     """Return a root with as many harmonics as it takes, None where Newton's method finds none.
 
-    `allowed`: changes of its speed and its growth, rad/s and 1/s, at which no more harmonics are
-    added; `most`: harmonics at most. Raises AnalysisError where they are not enough.
+    `basis`: motions (n, r) in which the start has its vectors: harmonics are added there, and what
+    is found is the root of all coordinates. `allowed`: changes of its speed and its growth, rad/s
+    and 1/s, at which no more harmonics are added. Raises AnalysisError where they are not enough.
     """
-    before = _newton(hill_block(system, len(start.right) // 2), start, sought)
+    before = _newton(hill_block(system, _order(start), basis), start, sought)
     if before is not None and not system.stride:
         return Converged(before, 0.0, 0.0)
-    while before is not None and len(before.right) // 2 < most:
+    while before is not None and _order(before) < _MOST:
         wider = before._replace(right=_widened(before.right), left=_widened(before.left))
-        after = _newton(hill_block(system, len(wider.right) // 2), wider, sought)
+        after = _newton(hill_block(system, _order(wider), basis), wider, sought)
         if after is None:
             return None
         moved = abs(after.speed_rad_s - before.speed_rad_s)
         change = abs(after.value.real - before.value.real)
         if moved <= allowed[0] and change <= allowed[1]:
-            return Converged(after, moved, change)
+            whole = _in_all(system, basis, after, sought)
+            return None if whole is None else Converged(whole, moved, change)
         before = after
     if before is None:
         return None
     raise AnalysisError(
-        f"a motion near {start.speed_rad_s:.6g} rad/s still changes with {most} harmonics; "
+        f"a motion near {start.speed_rad_s:.6g} rad/s still changes with {_MOST} harmonics; "
         "search a range of higher speeds"
     )
+
+
+def _in_all(system: PeriodicSystem, basis: FloatArray, root: Root, sought: Sought) -> Root | None:
+    """Return the root of the whole system near one of its motions in a basis."""
+    lifted = root._replace(right=root.right @ basis.T, left=root.left @ basis.T)
+    if basis.shape[0] == basis.shape[1]:
+        return lifted
+    return _newton(hill_block(system, _order(root)), lifted, sought)
+
+
+def _order(root: Root) -> int:
+    return len(root.right) // 2
 
 
 def _widened(parts: ComplexArray) -> ComplexArray:
@@ -77,7 +99,7 @@ def _widened(parts: ComplexArray) -> ComplexArray:
 
 def _newton(block: Block, start: Root, sought: Sought) -> Root | None:
     shape, value, speed = start.right.shape, complex(start.value), start.speed_rad_s
-    right, left = start.right.ravel(), start.left.ravel()
+    right, left = (v.ravel() / la.norm(v) for v in (start.right, start.left))
     scale = abs(value) + abs(speed)
     for _ in range(_STEPS):
         step = _Bordered(block, value, speed, right, left).step(sought)
@@ -87,7 +109,7 @@ def _newton(block: Block, start: Root, sought: Sought) -> Root | None:
         if sought == "crossing":
             value = 1j * value.imag
         right, left = step.right / la.norm(step.right), step.left / la.norm(step.left)
-        if not (speed > 0 and np.isfinite(abs(value))):
+        if not (abs(speed - start.speed_rad_s) < _FAR * start.speed_rad_s and np.isfinite(value)):
             return None
         if max(abs(step.value), abs(step.speed)) <= _CHANGE * scale:
             return Root(value, speed, right.reshape(shape), left.reshape(shape))
@@ -99,14 +121,6 @@ class _Step(NamedTuple):
     speed: float
     right: ComplexArray
     left: ComplexArray
-
-
-def _solved(matrix: Matrix, wanted: list[Any]) -> Matrix:
-    """Solution of two equations, inf where they are one."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        (a, b), (c, d) = matrix
-        first, second = wanted
-        return np.array([d * first - b * second, a * second - c * first]) / (a * d - b * c)
 
 
 class _Bordered:
@@ -141,16 +155,20 @@ class _Bordered:
         if sought == "growth":
             value, speed = -g / by_value, 0.0
         elif sought == "crossing":
-            slopes = np.array([1j * by_value, by_speed])
-            matrix = np.array([slopes.real, slopes.imag])
-            turning, speed = _solved(matrix, [-g.real, -g.imag])
-            value = 1j * turning
+            # of i ω and Ω, both real
+            turning = 1j * by_value
+            across = turning.real * by_speed.imag - turning.imag * by_speed.real
+            if not across:
+                return None
+            value = 1j * (g.imag * by_speed.real - g.real * by_speed.imag) / across
+            speed = (g.real * turning.imag - g.imag * turning.real) / across
         else:
-            matrix = np.array([[by_value, by_speed], self._second()])
-            value, rise = _solved(matrix, [-g, -by_value])
-            speed = float(rise.real)
-        if not np.isfinite(abs(value) + abs(speed)):
-            return None
+            twice, mixed = self._second()
+            regular = by_value * mixed - by_speed * twice
+            if not regular:
+                return None
+            value = (by_speed * by_value - g * mixed) / regular
+            speed = ((g * twice - by_value**2) / regular).real
         return _Step(complex(value), float(speed), self._right, self._left)
 
     def _by(self, slope: ComplexArray) -> complex:

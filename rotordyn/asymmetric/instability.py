@@ -6,54 +6,39 @@ where to look; Hill's method, in all of them, has the last word on every end and
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 
-from solidwhirl.rotordyn.asymmetric.basis import search_basis
+from solidwhirl.rotordyn.asymmetric.basis import fastest_rate, search_basis
 from solidwhirl.rotordyn.asymmetric.constant import ConstantMotions
 from solidwhirl.rotordyn.asymmetric.exponents import PeriodicMotions
 from solidwhirl.rotordyn.asymmetric.floquet import floquet_multipliers
-from solidwhirl.rotordyn.asymmetric.hill_roots import Converged, converged_root
+from solidwhirl.rotordyn.asymmetric.hill_roots import Converged, Root, Sought, converged_root
+from solidwhirl.rotordyn.asymmetric.meetings import Meeting, beyond_strides, of_modes, with_itself
 from solidwhirl.rotordyn.asymmetric.periodic import PeriodicSystem, Term
 from solidwhirl.rotordyn.core.errors import AnalysisError
-from solidwhirl.rotordyn.stability.eigenvalue_paths import Spectral
 from solidwhirl.rotordyn.stability.unstable_windows import Piece, Search
 
-# Harmonics to begin with, and at most.
-_FIRST, _MOST = 3, 15
-# The fastest motion of the search by the fastest change of the matrices.
-_FAST = 2.0
+# Harmonics of Hill's method to begin with.
+_FIRST = 3
 # A motion that turns slower than this part of its rate stands still.
 _STILL = 1e-6
 # Part of the width of a range by which its ends, and of its growth by which that, may still move
 # when a harmonic is added.
 _STAYS = 1e-7
-# Distance from a range, as a part of its width, at which the modes that meet are told apart,
-_BESIDE = 0.2
-# and the part of what grows from which a mode is one of them.
-_PART = 0.1
+# Accuracy of the multipliers beside it.
+_CLOSE = 1e-9
+# Growth by the speed that is rounding of Hill's method.
+_ROUNDING = 1e-12
+# Distance from the end of a range at which modes that meet are told apart, and in its middle what
+# they make: part of the width, and of the speed at most.
+_BESIDE, _NEAR = 0.2, 0.01
+# Pieces of the search may be narrower than the range, by this factor.
+_MAYBE = 0.3
 # Part of the speed by which an end may lie elsewhere than in the coordinates of the search.
 _SHIFT = 1e-3
-
-
-Relation = Literal["main", "sum", "difference", "alone"]
-
-
-class Meeting(NamedTuple):
-    """The modes that meet where a range opens, or closes if it does not open.
-
-    `first_rad_s`, `second_rad_s`: their frequencies there in the frame of the body, first ≥ second
-    ≥ 0. With `order` m strides of the speed: "main": twice the one frequency is m strides (m = 0:
-    it stands still); "sum", "difference": of both; "alone": a mode that no other drives.
-    """
-
-    relation: Relation
-    order: int
-    first_rad_s: float
-    second_rad_s: float
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -97,10 +82,9 @@ def unstable_ranges(
         raise AnalysisError(
             f"speeds are {speed_low_rad_s} to {speed_high_rad_s}; both are above 0 and rise"
         )
-    width = narrowest * (speed_high_rad_s - speed_low_rad_s)
-    search, pieces = _searched(system, speed_low_rad_s, speed_high_rad_s, width)
-    found = (_range(system, search, piece) for piece in pieces)
-    return tuple(r for r in found if r is not None and r.high_rad_s - r.low_rad_s > width)
+    low, high = speed_low_rad_s, speed_high_rad_s
+    found = _searched(system, low, high, narrowest * (high - low)).ranges()
+    return tuple(r for r in found if r.high_rad_s - r.low_rad_s > narrowest * (high - low))
 
 
 def closed_by_damping(
@@ -133,123 +117,115 @@ def _undamped(system: PeriodicSystem) -> PeriodicSystem:
     )
 
 
-def _searched(
-    system: PeriodicSystem, low: float, high: float, width: float
-) -> tuple[Search[Any], list[Piece]]:
-    """Search in ever more coordinates until the same ranges are found."""
-    if not system.stride:
-        search = Search(ConstantMotions(system, low, high), (), low, high, width)
-        return search, search.pieces()
-    fastest, before = _FAST * system.stride * high, None
-    while True:
-        basis = search_basis(system, fastest, high)
-        search = Search(PeriodicMotions(system, basis, fastest), (), low, high, width)
-        pieces = search.pieces()
-        whole = basis.shape[1] == system.size
-        if whole or (before is not None and _same(before, pieces, width)):
-            return search, pieces
-        before, fastest = pieces, 2.0 * fastest
+def _searched(system: PeriodicSystem, low: float, high: float, width: float) -> _Found:
+    """Search among the motions that may meet by the first and second harmonic of the matrices.
 
-
-def _same(before: Sequence[Piece], after: Sequence[Piece], width: float) -> bool:
-    """Whether all pieces that are wide enough are found again."""
-    for some, others in ((before, after), (after, before)):
-        for piece in some:
-            again = any(o.low < piece.high and piece.low < o.high for o in others)
-            if piece.high - piece.low > width and not again:
-                return False
-    return True
-
-
-def _range(system: PeriodicSystem, search: Search[Any], piece: Piece) -> UnstableRange | None:
-    """Return the range of a piece; None where Hill's method finds no growth."""
-    opens, closes = search.ends_inside(piece)
-    low = _end(system, search, piece.low, piece.high) if opens else None
-    high = _end(system, search, piece.high, piece.low) if closes else None
-    ends = (
-        low.root.speed_rad_s if low else piece.low,
-        high.root.speed_rad_s if high else piece.high,
-    )
-    speed = search.highest(piece)
-    if not ends[0] <= speed <= ends[1]:
-        speed = 0.5 * (ends[0] + ends[1])
-    spectral = search.at(speed)
-    start = search.motions.root(spectral, int(spectral.excess.argmax()), _FIRST)
-    growth = abs(start.value.real)
-    top = converged_root(system, start, "growth", (np.inf, _STAYS * growth), _MOST)
-    if top is None or not top.root.value.real > 0:
-        return None
-    value, beat = top.root.value, system.stride * speed
-    turning = abs(value.imag - beat * round(value.imag / beat)) if beat else abs(value.imag)
-    still = _repeats(value.imag, beat, speed)
-    known = floquet_multipliers(system, speed, basis=search.motions.basis)
-    return UnstableRange(
-        low_rad_s=ends[0],
-        high_rad_s=ends[1],
-        opens=opens,
-        closes=closes,
-        growth_1_s=value.real,
-        speed_rad_s=speed,
-        floquet_1_s=known.growth_1_s,
-        frequency_rad_s=0.0 if still else turning,
-        kind="divergence" if still else "flutter",
-        meeting=_meeting(search, piece, low or high, spectral),
-        error_rad_s=max((e.moved_rad_s for e in (low, high) if e), default=0.0),
-    )
-
-
-def _end(system: PeriodicSystem, search: Search[Any], speed: float, other: float) -> Converged:
-    """Return where growth begins or ends at a speed; it grows towards the other.
-
-    Without damping two motions meet there, else one of them crosses the axis.
+    With the stride g, ω_j + ω_k = m gΩ of m = 1 has no motion above gΩ, of m = 2 none above 2gΩ.
     """
-    value = search.at_end(speed, other)
-    found = search.at(speed)
-    start = search.motions.root(found, found.nearest(value)[0], _FIRST)
-    start = start._replace(value=1j * start.value.imag)
-    step = 2.0 * search.accuracy(speed, other) * (1 if speed > other else -1)
-    beyond = search.at(min(max(speed + step, search.low), search.high))
-    damped = beyond.nearest(value)[1].real < -float(beyond.tolerance[beyond.counted].max())
-    width = abs(other - speed)
-    for sought in ("crossing", "meeting") if damped else ("meeting", "crossing"):
-        end = converged_root(system, start, sought, (_STAYS * width, np.inf), _MOST)
-        if end is not None and abs(end.root.speed_rad_s - speed) < 0.5 * width + _SHIFT * speed:
-            return end
-    raise AnalysisError(f"the end of an unstable range near {speed:.6g} rad/s was not found")
+    if not system.stride:
+        return _Found(system, ConstantMotions(system, low, high), (low, high), width)
+    fastest = fastest_rate(system, high)
+    motions = PeriodicMotions(system, search_basis(system, fastest, high), fastest)
+    return _Found(system, motions, (low, high), width)
 
 
-def _meeting(
-    search: Search[Any], piece: Piece, end: Converged | None, growing: Spectral
-) -> Meeting | None:
-    """Return the modes that what grows is made of, as they are beside the end of a range."""
-    if end is None:
-        return None
-    root, beat = end.root, growing.stride * end.root.speed_rad_s
-    turning = root.value.imag
-    if _repeats(2.0 * turning, beat, root.speed_rad_s):
-        # both are conjugate: as fast as all harmonics of it are on the whole
-        rates = turning + beat * np.arange(-(len(root.right) // 2), len(root.right) // 2 + 1)
-        energy = (np.abs(root.right) ** 2).sum(axis=1)
-        mean = float(np.sqrt(energy @ rates**2 / energy.sum()))
-        odd = round(2.0 * turning / beat) % 2 if beat else 0
-        order = 2 * round((2.0 * mean / beat - odd) / 2.0) + odd if beat else 0
-        return Meeting("main", order, 0.5 * order * beat, 0.5 * order * beat)
-    out = _BESIDE * (piece.high - piece.low)
-    out = -out if root.speed_rad_s < growing.speed_rad_s else out
-    beside = search.at(min(max(root.speed_rad_s + out, search.low), search.high))
-    like = search.motions.alike(beside, growing)[0][:, growing.excess.argmax()]
-    pair = np.argsort(-like)[:2]
-    lifts = np.round((beside.values[pair].imag - turning) / beat) if beat else np.zeros(2)
-    rates = turning + beat * lifts
-    fast, slow = sorted(np.abs(rates), reverse=True)
-    if like[pair[1]] < _PART:
-        return Meeting("alone", 0, abs(rates[0]), abs(rates[0]))
-    relation: Relation = "sum" if rates[0] * rates[1] < 0 else "difference"
-    both = fast + slow if relation == "sum" else fast - slow
-    return Meeting(relation, round(both / beat) if beat else 0, fast, slow)
+class _Found:
+    """Pieces of the range of speeds that grow, and what Hill's method makes of them."""
 
+    def __init__(
+        self,
+        system: PeriodicSystem,
+        motions: ConstantMotions | PeriodicMotions,
+        speeds: tuple[float, float],
+        width: float,
+    ) -> None:
+        self._system, self._motions, self._width = system, motions, width
+        self._search: Search[Any] = Search(motions, (), *speeds, width)
+        self._pieces = self._search.pieces()
 
-def _repeats(rate: float, beat: float, size: float) -> bool:
-    """Whether a rate is a whole number of beats, or 0."""
-    rest = rate - beat * round(rate / beat) if beat else rate
-    return abs(rest) <= _STILL * max(size, beat)
+    def ranges(self) -> list[UnstableRange]:
+        """Return the ranges of all pieces that may be wide enough."""
+        wide = (p for p in self._pieces if p.high - p.low > _MAYBE * self._width)
+        found = (self._range(piece) for piece in wide)
+        return [one for one in found if one is not None]
+
+    def _range(self, piece: Piece) -> UnstableRange | None:
+        """Return the range of a piece; None where Hill's method finds no growth."""
+        opens, closes = self._search.ends_inside(piece)
+        first = self._end(piece.low, piece.high) if opens else None
+        last = self._end(piece.high, piece.low) if closes else None
+        low = first.root.speed_rad_s if first else piece.low
+        high = last.root.speed_rad_s if last else piece.high
+        speed = self._search.highest(piece)
+        speed = speed if low <= speed <= high else 0.5 * (low + high)
+        top = self._top(speed)
+        if top is None:
+            return None
+        beat = self._system.stride * speed
+        rest = abs(beyond_strides(top.imag, beat))
+        still = rest <= _STILL * max(speed, beat)
+        known = floquet_multipliers(self._system, speed, _CLOSE, self._motions.basis)
+        return UnstableRange(
+            low_rad_s=low,
+            high_rad_s=high,
+            opens=opens,
+            closes=closes,
+            growth_1_s=top.real,
+            speed_rad_s=speed,
+            floquet_1_s=known.growth_1_s,
+            frequency_rad_s=0.0 if still else rest,
+            kind="divergence" if still else "flutter",
+            meeting=self._meeting(first or last, piece),
+            error_rad_s=max((e.moved_rad_s for e in (first, last) if e), default=0.0),
+        )
+
+    def _top(self, speed: float) -> complex | None:
+        """Return the eigenvalue that grows most at a speed; None if Hill's method has none."""
+        found = self._search.at(speed)
+        start = self._motions.root(found, int(found.excess.argmax()), _FIRST)
+        allowed = max(_STAYS * abs(start.value.real), _ROUNDING * speed)
+        top = self._hill(start, "growth", (np.inf, allowed))
+        return top.root.value if top is not None and top.root.value.real > 0 else None
+
+    def _hill(self, start: Root, sought: Sought, allowed: tuple[float, float]) -> Converged | None:
+        return converged_root(self._system, self._motions.basis, start, sought, allowed)
+
+    def _end(self, speed: float, other: float) -> Converged:
+        """Return where growth begins or ends at a speed; it grows towards the other.
+
+        Without damping two motions meet there, else one of them crosses the axis.
+        """
+        search = self._search
+        value = search.at_end(speed, other)
+        found = search.at(speed)
+        start = self._motions.root(found, found.nearest(value)[0], _FIRST)
+        start = start._replace(value=1j * start.value.imag)
+        step = 2.0 * search.accuracy(speed, other) * (1 if speed > other else -1)
+        beyond = search.at(min(max(speed + step, search.low), search.high))
+        index, after = beyond.nearest(value)
+        damped = after.real < -beyond.tolerance[index]
+        ways: tuple[Sought, Sought] = ("crossing", "meeting") if damped else ("meeting", "crossing")
+        width = abs(other - speed)
+        for sought in ways:
+            end = self._hill(start, sought, (_STAYS * width, np.inf))
+            if end and abs(end.root.speed_rad_s - speed) < 0.5 * width + _SHIFT * speed:
+                return end
+        raise AnalysisError(f"the end of an unstable range near {speed:.6g} rad/s was not found")
+
+    def _meeting(self, end: Converged | None, piece: Piece) -> Meeting | None:
+        """Return the modes that what grows is made of, as they are beside the end of a range."""
+        if end is None:
+            return None
+        speed, turning = end.root.speed_rad_s, end.root.value.imag
+        beat = self._system.stride * speed
+        if abs(beyond_strides(2.0 * turning, beat)) <= _STILL * max(speed, beat):
+            return with_itself(end.root, beat)
+        width = piece.high - piece.low
+        outward = 1.0 if 2.0 * speed > piece.low + piece.high else -1.0
+        low, high = self._search.low, self._search.high
+        beside, growing = (
+            self._search.at(min(max(speed + side * min(part * width, _NEAR * speed), low), high))
+            for side, part in ((outward, _BESIDE), (-outward, 0.5))
+        )
+        parts = self._motions.alike(beside, growing)[0][:, growing.excess.argmax()]
+        return of_modes(turning, beside.values.imag, parts, beat)

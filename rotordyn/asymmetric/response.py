@@ -13,7 +13,7 @@ from solidwhirl.rotordyn.assembly.parts import Bearing, End
 from solidwhirl.rotordyn.asymmetric.assembly import RotatingSystem
 from solidwhirl.rotordyn.asymmetric.hill import hill_block
 from solidwhirl.rotordyn.asymmetric.periodic import Harmonics, PeriodicSystem, Term
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, ReadOnlyArrays
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.response.orbits import OrbitRecord
 

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
 from solidwhirl.rotordyn.assembly.system import Side
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
+from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from solidwhirl.rotordyn.modes.damping import ROUNDING
 from solidwhirl.rotordyn.stability.eigenvalue_paths import Spectral, Stretch
 
@@ -20,7 +20,7 @@ _PIECES = 12
 _FLOOR = 1e-6
 _MEETING_FLOOR = 1e-10
 # Accuracy of an end, relative or as a part of the narrowest window that is looked for.
-_ACCURACY, _OF_NARROWEST = 1e-13, 0.025
+_ACCURACY, _OF_NARROWEST = 1e-13, 0.1
 # What grows at an end of a window is looked up inside, at these parts of it.
 _INSIDE = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
 # The growth left at a root may be this fraction of that at the ends.
@@ -385,16 +385,8 @@ def _meeting(
     rise = stretch.first.stride * (stretch.first.speed_rad_s + _PARTS * stretch.width)
     gap = grid.imag[i] - grid.imag[j] - np.outer(beats, rise)
     closing = gap[:, 0] - gap[:, -1]
-    strength = np.zeros(i.size)
-    gain = np.zeros(i.size)
-    for beat in np.unique(beats):
-        at = np.flatnonzero(beats == beat)
-        for product, k in zip(stretch.couplings(int(beat)), (0, -1), strict=True):
-            root = np.sqrt(product[i[at], j[at]] * (gap[at, k] / closing[at]) ** 2 + 0j)
-            strength[at] = np.maximum(strength[at], np.abs(root))
-            gain[at] = np.maximum(gain[at], np.abs(root.real) + _PHASE * np.abs(root))
-    highest = np.maximum(grid.real.max(axis=1)[i], grid.real.max(axis=1)[j])
-    able = highest + gain > np.maximum(tolerance[i], tolerance[j])
+    shares = np.array([gap[:, 0], gap[:, -1]]) / closing
+    able, strength = _driven(stretch, grid, (i, j, beats), shares, tolerance)
     able &= 2.0 * strength / np.abs(closing) * stretch.width > narrowest
     if not able.any():
         return float("nan")
@@ -408,6 +400,30 @@ def _meeting(
     far = np.minimum(place, 1.0 - place) - _NEAR * wide
     worst = int(far.argmax())
     return float(place[worst]) if far[worst] > 0 else float("nan")
+
+
+def _driven(
+    stretch: Stretch,
+    grid: ComplexArray,
+    pairs: tuple[IntArray, IntArray, IntArray],
+    shares: FloatArray,
+    tolerance: FloatArray,
+) -> tuple[BoolArray, FloatArray]:
+    """Return which pairs may grow by what couples them, and its size |√p| in 1/s.
+
+    `pairs`: i, j and strides; `shares`: of the change of the matrices, as seen from both ends, that
+    is there where they meet, shape (2, pairs).
+    """
+    i, j, beats = pairs
+    strength, gain = np.zeros((2, i.size))
+    for beat in np.unique(beats):
+        at = np.flatnonzero(beats == beat)
+        for product, share in zip(stretch.couplings(int(beat)), shares, strict=True):
+            root = np.sqrt(product[i[at], j[at]] * share[at] ** 2 + 0j)
+            strength[at] = np.maximum(strength[at], np.abs(root))
+            gain[at] = np.maximum(gain[at], np.abs(root.real) + _PHASE * np.abs(root))
+    highest = np.maximum(grid.real.max(axis=1)[i], grid.real.max(axis=1)[j])
+    return highest + gain > np.maximum(tolerance[i], tolerance[j]), strength
 
 
 def _crossings(stretch: Stretch, grid: ComplexArray) -> tuple[IntArray, IntArray, IntArray]:
@@ -445,23 +461,17 @@ def _may_touch(
     i, j = np.nonzero(np.triu(stretch.counted & stretch.counted[:, None], 1))
     rise = stretch.first.stride * (stretch.first.speed_rad_s + _PARTS * stretch.width)
     gap = grid.imag[i] - grid.imag[j]
-    beats = np.zeros(i.size)
+    beats = np.zeros(i.size, dtype=int)
     if stretch.first.stride:
         away = np.abs(gap - rise * np.round(gap / rise)).argmin(axis=1)
-        beats = np.round(gap[np.arange(i.size), away] / rise[away])
+        beats = np.round(gap[np.arange(i.size), away] / rise[away]).astype(int)
     gap = gap - np.outer(beats, rise)
     least, most = np.abs(gap).min(axis=1), np.abs(gap).max(axis=1)
     crossed = gap[:, 0] * gap[:, -1] < 0
     clear = np.where(crossed, np.abs(gap[:, [0, -1]]).min(axis=1), least)
     near = clear <= drift[i] + drift[j]
-    i, j, beats, spread = i[near], j[near], beats[near].astype(int), (most - least)[near]
-    strength = np.zeros(i.size)
-    for beat in np.unique(beats):
-        at = np.flatnonzero(beats == beat)
-        for product in stretch.couplings(int(beat)):
-            strength[at] = np.maximum(strength[at], np.sqrt(np.abs(product[i[at], j[at]])))
-    highest = np.maximum(grid.real.max(axis=1)[i], grid.real.max(axis=1)[j])
-    able = highest + strength > np.maximum(tolerance[i], tolerance[j])
+    i, j, beats, spread = i[near], j[near], beats[near], (most - least)[near]
+    able, strength = _driven(stretch, grid, (i, j, beats), np.ones((2, i.size)), tolerance)
     return bool((able & (2.0 * strength * stretch.width > narrowest * spread)).any())
 
 

@@ -9,11 +9,15 @@ from turning_frame import floquet_multipliers as by_steps
 
 from solidwhirl.rotordyn.asymmetric import (
     Joint,
+    PeriodicSystem,
+    closed_by_damping,
+    floquet_exponents,
     floquet_multipliers,
     hill_block,
     turning_body,
     unstable_ranges,
 )
+from solidwhirl.rotordyn.asymmetric.periodic import Term
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.stability.eigenvalue_paths import prepared, solve
 
@@ -95,9 +99,85 @@ def test_matrices_without_a_constant_and_without_velocity():
     known = floquet_multipliers(system, 1.05)
     found = solve(prepared(hill_block(system, 4), 1.0, 0.5, 2.0), 1.05)
     assert found.own.real.max() == pytest.approx(known.growth_1_s, abs=1e-9)
+    # seen along with the springs it is a flat shaft between its critical speeds
+    (one,) = unstable_ranges(system, 0.5, 2.0)
+    assert (one.low_rad_s, one.high_rad_s) == pytest.approx((1.0, 1.1), rel=1e-9)
 
 
 @pytest.mark.parametrize("speeds", [(0.0, 1.0), (2.0, 1.0), (1.0, np.inf)])
 def test_speeds_that_have_no_meaning(speeds):
     with pytest.raises(AnalysisError, match="above 0 and rise"):
         unstable_ranges(on_shaft(1.0, (1.0, 2.0)), *speeds)
+
+
+def test_modes_that_meet_are_told_by_their_frequencies():
+    """Twice one frequency, or the sum of two, is a whole number of strides of the speed."""
+    system, _ = two_blades((40.0, 90.0))
+    found = unstable_ranges(system, 0.5, 12.0)
+    told = [(r.meeting.relation, r.meeting.order) for r in found]
+    assert told == [("main", 0), ("difference", 0), ("main", 2), ("difference", 0), ("sum", 1)]
+    for one in found:
+        first, second, stride = one.meeting.first_rad_s, one.meeting.second_rad_s, 2.0
+        both = first - second if one.meeting.relation == "difference" else first + second
+        assert both == pytest.approx(one.meeting.order * stride * one.low_rad_s, abs=1e-9)
+        # the motions of the open range are those of the two modes, by whole strides
+        (near,) = floquet_exponents(system, [one.low_rad_s - 1e-5])
+        beat = stride * one.low_rad_s
+        rests = np.abs((near.imag[:, None] - [first, second] + 0.5 * beat) % beat - 0.5 * beat)
+        assert rests.min(axis=0) == pytest.approx(0.0, abs=0.02)
+
+
+def test_ranges_that_damping_closes():
+    middle = np.sqrt(0.5 * (1.0 + 1.21))
+    damped = on_shaft(1.0, (1.0, 1.21), 2.0 * 0.05 * middle)
+    (closed,) = closed_by_damping(damped, 0.1, 3.0)
+    assert (closed.low_rad_s, closed.high_rad_s) == pytest.approx((1.0, 1.1), rel=1e-12)
+    assert closed_by_damping(on_shaft(1.0, (1.0, 1.21), 2.0 * 0.02 * middle), 0.1, 3.0) == ()
+    # what is left of a two-bladed hub is named by the undamped one, less what closes
+    system, _ = two_blades((40.0, 90.0), (0.3, 0.2))
+    free, _ = two_blades((40.0, 90.0))
+    undamped = {r.low_rad_s for r in unstable_ranges(free, 0.5, 12.0)}
+    assert {r.low_rad_s for r in closed_by_damping(system, 0.5, 12.0)} < undamped
+
+
+def test_ends_of_a_rotor_searched_in_few_coordinates():
+    """A hub with stiff inner masses on springs: ends against multipliers of the whole system."""
+    system, _ = two_blades((40.0, 90.0), (0.3, 0.2))
+    whole = with_stiff_masses(system, 4e4)
+    found = unstable_ranges(whole, 1.9, 4.0)
+    assert [r.kind for r in found] == ["divergence", "flutter", "divergence"]
+    for one in found:
+        assert one.growth_1_s == pytest.approx(one.floquet_1_s, rel=1e-4)
+        for end in (one.low_rad_s, one.high_rad_s):
+            step = 1e-4 * (one.speed_rad_s - end)
+            out, into = (floquet_multipliers(whole, end + d, 1e-12) for d in (-step, step))
+            assert out.growth_1_s < 1e-8 < into.growth_1_s
+
+
+def with_stiff_masses(system, spring):
+    """Every coordinate carries a mass of 0.1 on a stiff spring: twice the coordinates."""
+
+    def doubled(terms):
+        both = np.array([[1.0, 0.0], [0.0, 0.0]])
+        return [Term(h, p, np.kron(both, a)) for h, p, a in terms]
+
+    tie = np.kron([[1.0, -1.0], [-1.0, 1.0]], np.diag(spring * np.arange(1.0, system.size + 1.0)))
+    return PeriodicSystem(
+        mass=np.kron(np.array([[1.0, 0.0], [0.0, 0.0]]), system.mass)
+        + np.kron(np.diag([0.0, 0.1]), np.eye(system.size)),
+        velocity=tuple(doubled(system.velocity)),
+        stiffness=(*doubled(system.stiffness), Term(0, 0, tie)),
+    )
+
+
+def test_constant_system_has_eigenvalues_not_exponents():
+    with pytest.raises(AnalysisError, match="changes with the angle"):
+        floquet_exponents(on_shaft(1.0, (1.0, 2.0)), [1.0])
+
+
+def test_speeds_far_below_the_first_mode():
+    """The slowest mode turns at 1.8: what could grow below 0.3 is of a high order and damped."""
+    system, _ = two_blades((40.0, 90.0), (0.3, 0.2))
+    assert unstable_ranges(system, 0.1, 0.3) == ()
+    for speed in (0.12, 0.2, 0.29):
+        assert floquet_multipliers(system, speed).growth_1_s < 1e-9
