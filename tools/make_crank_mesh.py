@@ -12,10 +12,10 @@ from pathlib import Path
 import gmsh
 
 HERE = Path(__file__).resolve().parents[1] / "scenes" / "crank_mesh"
-# mm: radii of journals and pin, throw, half width and thickness of the webs, reach of the
+# mm: radii of journals, pin and end, throw, half width and thickness of the webs, reach of the
 # counterweights, and the ends of everything along the axis
-JOURNAL, PIN, THROW, HALF_WIDTH, REACH = 24.0, 21.0, 30.0, 33.0, 62.0
-LEFT, WEB_1, WEB_2, WEB_3, WEB_4, RIGHT = 0.0, 70.0, 90.0, 130.0, 150.0, 260.0
+JOURNAL, PIN, END, THROW, HALF_WIDTH, REACH = 24.0, 21.0, 20.0, 30.0, 33.0, 62.0
+LEFT, WEB_1, WEB_2, WEB_3, WEB_4, RIGHT, NOSE = 0.0, 50.0, 70.0, 110.0, 130.0, 180.0, 300.0
 SIZE = 24.0
 
 
@@ -29,6 +29,7 @@ def main() -> None:
             occ.addCylinder(0, 0, LEFT, 0, 0, WEB_1 - LEFT, JOURNAL),
             occ.addCylinder(THROW, 0, WEB_2, 0, 0, WEB_3 - WEB_2, PIN),
             occ.addCylinder(0, 0, WEB_4, 0, 0, RIGHT - WEB_4, JOURNAL),
+            occ.addCylinder(0, 0, RIGHT, 0, 0, NOSE - RIGHT, END),
         ]
         for z in (WEB_1, WEB_3):
             disk = occ.addCylinder(0, 0, z, 0, 0, WEB_2 - WEB_1, REACH)
@@ -42,7 +43,7 @@ def main() -> None:
         occ.synchronize()
         (volume,) = gmsh.model.getEntities(3)
         gmsh.model.addPhysicalGroup(3, [volume[1]], name="crank")
-        for name, low, high in (("left", LEFT, WEB_1), ("right", WEB_4, RIGHT)):
+        for name, low, high in (("left", LEFT, WEB_1), ("right", WEB_4, RIGHT), ("wheel", RIGHT, NOSE)):
             gmsh.model.addPhysicalGroup(2, _cylinders(low, high), name=name)
         gmsh.model.addPhysicalGroup(2, _cylinders(WEB_2, WEB_3), name="pin")
         gmsh.option.setNumber("Mesh.MeshSizeMax", SIZE)

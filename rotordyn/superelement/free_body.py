@@ -93,12 +93,10 @@ def _expected_energy(element: Superelement) -> FloatArray:
     expected = element.rigid_body_modes[:, present].T @ rigid_centrifugal(element)
     if element.frame == "inertial" or not element.spin_softening.any():
         return expected
-    mass = rigid_body_mass_matrix(
-        element.mass_kg, element.center_of_gravity_m, element.inertia_kg_m2
-    )
+    mass = _mass_without_disks(element)
     about = mass[3:, 3:]
     second = 0.5 * np.trace(about) * np.eye(3) - about  # ∫ρ x xᵀ
-    first = element.mass_kg * element.center_of_gravity_m
+    first = np.array([mass[1, 5], mass[2, 3], mass[0, 4]])  # ∫ρ x
     pull = np.array([first[0], first[1], 0.0, -second[1, 2], second[0, 2], 0.0])
     caused = np.linalg.solve(mass, pull)
     # ∫ x bᵀ of the load b = ρ (a + α × x) that was taken off
@@ -124,6 +122,20 @@ def _even_energy(element: Superelement, counted: FloatArray) -> FloatArray:
     about = present == 5
     out[about] = out[:, about] = 0.0
     return out
+
+
+def _mass_without_disks(element: Superelement) -> FloatArray:
+    """RᵀMR of a body about the origin, (6, 6), without rigid disks: these feel no stress."""
+    mass = rigid_body_mass_matrix(
+        element.mass_kg, element.center_of_gravity_m, element.inertia_kg_m2
+    )
+    for disk in element.provenance.get("rigid_disks", ()):
+        node = element.interface_node(disk["interface"])
+        center = node.position_m + np.array([0.0, 0.0, disk["offset_m"]])
+        across, about = disk["diametral_kg_m2"], disk["polar_kg_m2"]
+        inertia = np.diag([across, across, about])
+        mass = mass - rigid_body_mass_matrix(disk["mass_kg"], center, inertia)
+    return mass
 
 
 def free_body_problems(element: Superelement) -> tuple[str, ...]:
