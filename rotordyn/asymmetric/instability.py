@@ -96,14 +96,16 @@ def closed_by_damping(
     """Find the ranges in which a system would be unstable without damping, and is not with it.
 
     Arguments and errors as of `unstable_ranges`. A range counts as closed if none that is left has
-    a speed in common with it.
+    a speed in common with it. One that neither opens nor closes is left out: cross-coupled bearings
+    need their damping at every speed.
     """
     asked = (speed_low_rad_s, speed_high_rad_s, narrowest)
     left = unstable_ranges(system, *asked)
     return tuple(
         r
         for r in unstable_ranges(_undamped(system), *asked)
-        if all(r.high_rad_s < o.low_rad_s or o.high_rad_s < r.low_rad_s for o in left)
+        if (r.opens or r.closes)
+        and all(r.high_rad_s < o.low_rad_s or o.high_rad_s < r.low_rad_s for o in left)
     )
 
 

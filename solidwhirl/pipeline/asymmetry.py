@@ -38,6 +38,8 @@ _SLOWEST = 0.05
 _SAME_GROWTH, _NO_GROWTH = 1e-4, 1e-9
 # Part of a matrix of velocities that is symmetric, below which that is rounding.
 _EVEN_PART = 1e-12
+# Logarithmic decrements below this are rounding.
+_UNDAMPED = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -156,11 +158,16 @@ def critical_records(found: Asymmetry) -> tuple[CriticalSpeed, ...]:
             frequency_hz=one.speed_rad_s / (2.0 * np.pi),
             whirl="forward" if one.multiple > 0 else "backward",
             shape=np.zeros(0, dtype=complex),
-            log_decrement=2.0 * np.pi * one.damping_ratio,
+            log_decrement=_rounded(2.0 * np.pi * one.damping_ratio),
         )
         for one in found.critical
         if one.motion == "lateral"
     )
+
+
+def _rounded(decrement: float) -> float:
+    """A decrement, 0 where it is rounding: at the ends of a range that nothing damps."""
+    return decrement if abs(decrement) > _UNDAMPED else 0.0
 
 
 def stability_in_ranges(
