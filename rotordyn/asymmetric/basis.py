@@ -22,6 +22,12 @@ def fastest_rate(system: PeriodicSystem, speed_rad_s: float) -> float:
     return FAST * max(system.stride * speed_rad_s, float(np.sqrt(np.abs(squared).min())))
 
 
+def highest_rate(system: PeriodicSystem) -> float:
+    """Return a rate that no motion at rest is faster than, 1/s."""
+    squared, _ = _at_rest(system)
+    return 1.01 * float(np.sqrt(np.abs(squared).max()))
+
+
 def _at_rest(system: PeriodicSystem) -> tuple[FloatArray, FloatArray]:
     """ω² and modes at rest, without damping and circulatory forces."""
     squared, modes = la.eigh(_own(system), system.mass)
