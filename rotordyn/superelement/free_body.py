@@ -93,20 +93,49 @@ def _expected_energy(element: Superelement) -> FloatArray:
     expected = element.rigid_body_modes[:, present].T @ rigid_centrifugal(element)
     if element.frame == "inertial" or not element.spin_softening.any():
         return expected
-    mass = rigid_body_mass_matrix(
-        element.mass_kg, element.center_of_gravity_m, element.inertia_kg_m2
-    )
+    mass = _mass_without_disks(element)
     about = mass[3:, 3:]
     second = 0.5 * np.trace(about) * np.eye(3) - about  # ∫ρ x xᵀ
-    first = element.mass_kg * element.center_of_gravity_m
+    first = np.array([mass[1, 5], mass[2, 3], mass[0, 4]])  # ∫ρ x
     pull = np.array([first[0], first[1], 0.0, -second[1, 2], second[0, 2], 0.0])
     caused = np.linalg.solve(mass, pull)
     # ∫ x bᵀ of the load b = ρ (a + α × x) that was taken off
     lost = np.outer(first, caused[:3]) + second @ cross_matrix(caused[3:]).T
-    lost = 0.5 * (lost + lost.T)
+    # what it does as it turns with the body, ∫ρ v·(φ × b), v of a shift and of a turn
     change = np.zeros((6, 6))
-    change[3:, 3:] = np.trace(lost) * np.eye(3) - lost
+    change[:3, 3:] = -cross_matrix(pull[:3])
+    change[3:, 3:] = np.trace(lost) * np.eye(3) - lost.T
     return np.asarray(expected - change[np.ix_(present, present)])
+
+
+def _even_energy(element: Superelement, counted: FloatArray) -> FloatArray:
+    """Rᵀ(Kgeo − S)R of the rigid motions present as an energy has it, (r, r).
+
+    `counted`: the same by `rigid_centrifugal`. They differ by the unbalance, which would turn with
+    the body: a shift gives it no work, and in a turn about the axis it goes along.
+    """
+    present = np.flatnonzero(element.rigid_body_present)
+    out = 0.5 * (counted + counted.T)
+    shifts, turns = np.flatnonzero(present < 3), np.flatnonzero(present >= 3)
+    out[np.ix_(shifts, turns)] = counted[np.ix_(turns, shifts)].T
+    out[np.ix_(turns, shifts)] = counted[np.ix_(turns, shifts)]
+    about = present == 5
+    out[about] = out[:, about] = 0.0
+    return out
+
+
+def _mass_without_disks(element: Superelement) -> FloatArray:
+    """RᵀMR of a body about the origin, (6, 6), without rigid disks: these feel no stress."""
+    mass = rigid_body_mass_matrix(
+        element.mass_kg, element.center_of_gravity_m, element.inertia_kg_m2
+    )
+    for disk in element.provenance.get("rigid_disks", ()):
+        node = element.interface_node(disk["interface"])
+        center = node.position_m + np.array([0.0, 0.0, disk["offset_m"]])
+        across, about = disk["diametral_kg_m2"], disk["polar_kg_m2"]
+        inertia = np.diag([across, across, about])
+        mass = mass - rigid_body_mass_matrix(disk["mass_kg"], center, inertia)
+    return mass
 
 
 def free_body_problems(element: Superelement) -> tuple[str, ...]:
@@ -133,7 +162,8 @@ def free_body_matrices(element: Superelement) -> FreeBodyMatrices:
 
     `element`: the body, without `free_body_problems`. Returns K and Kgeo − S projected on the
     motions that are M-orthogonal to the rigid ones, where K R = 0 and (Kgeo − S) R is
-    `rigid_centrifugal`; (Kgeo − S) R keeps a mesh error in solids.
+    `rigid_centrifugal`; (Kgeo − S) R keeps a mesh error in solids. An unbalanced body keeps the energy of its
+    centrifugal forces, see `_even_energy`.
     """
     modes = element.rigid_body_modes[:, element.rigid_body_present]
     momentum = element.mass @ modes
@@ -145,7 +175,9 @@ def free_body_matrices(element: Superelement) -> FreeBodyMatrices:
         centrifugal = projector.T @ centrifugal @ projector
         known = rigid_centrifugal(element)
         both = known @ onto
-        centrifugal += both + both.T - onto.T @ (modes.T @ known) @ onto
+        counted = modes.T @ known
+        rest = counted + counted.T - _even_energy(element, counted)
+        centrifugal += both + both.T - onto.T @ rest @ onto
     return FreeBodyMatrices(
         mass=np.asarray(element.mass),
         stiffness=projector.T @ element.stiffness @ projector,
