@@ -2,38 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
-
 import numpy as np
 import scipy.linalg as la
 
-from solidwhirl.rotordyn.asymmetric.periodic import PeriodicSystem, Term, TurnedLaw
+from solidwhirl.rotordyn.asymmetric.periodic import PeriodicSystem
 from solidwhirl.rotordyn.core.arrays import FloatArray
 
 # Amplitude of what the others answer to a mode from which it is taken in.
 _ANSWER = 3e-3
-
-
-def held_to(system: PeriodicSystem, basis: FloatArray) -> PeriodicSystem:
-    """Return a system in the coordinates p of q = B p, B (n, r)."""
-
-    def terms(every: Sequence[Term]) -> tuple[Term, ...]:
-        return tuple(Term(h, p, basis.T @ a @ basis) for h, p, a in every)
-
-    return PeriodicSystem(
-        mass=basis.T @ system.mass @ basis,
-        velocity=terms(system.velocity),
-        stiffness=terms(system.stiffness),
-        acceleration=terms(system.acceleration),
-        laws=tuple(
-            TurnedLaw(
-                replace(law.joint, motion=law.joint.motion @ basis),
-                {h: part @ basis for h, part in law.motion.items()},
-            )
-            for law in system.laws
-        ),
-    )
 
 
 #: The fastest motion that is followed, by the fastest change of the matrices or the slowest mode.
@@ -44,6 +20,12 @@ def fastest_rate(system: PeriodicSystem, speed_rad_s: float) -> float:
     """Return the rate of the fastest motion that is followed at speeds up to one, 1/s."""
     squared, _ = _at_rest(system)
     return FAST * max(system.stride * speed_rad_s, float(np.sqrt(np.abs(squared).min())))
+
+
+def highest_rate(system: PeriodicSystem) -> float:
+    """Return a rate that no motion at rest is faster than, 1/s."""
+    squared, _ = _at_rest(system)
+    return 1.01 * float(np.sqrt(np.abs(squared).max()))
 
 
 def _at_rest(system: PeriodicSystem) -> tuple[FloatArray, FloatArray]:

@@ -8,6 +8,7 @@ sidebands.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -17,27 +18,25 @@ from scipy.optimize import linear_sum_assignment
 
 from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.asymmetric.assembly import RotatingSystem
-from solidwhirl.rotordyn.asymmetric.basis import held_to, search_basis
-from solidwhirl.rotordyn.asymmetric.hill import hill_block
-from solidwhirl.rotordyn.asymmetric.hill_roots import Root, converged_root
+from solidwhirl.rotordyn.asymmetric.basis import search_basis
+from solidwhirl.rotordyn.asymmetric.constant import ConstantMotions
+from solidwhirl.rotordyn.asymmetric.exponents import PeriodicMotions
 from solidwhirl.rotordyn.asymmetric.periodic import Harmonics, PeriodicSystem, Term
 from solidwhirl.rotordyn.asymmetric.response import seen
 from solidwhirl.rotordyn.campbell.diagram import Campbell
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.errors import AnalysisError
-from solidwhirl.rotordyn.stability.eigenvalue_paths import Spectral, prepared, solve, with_slopes
 
-# Harmonics on either side of an expansion.
-_ORDER = 3
+# Harmonics on either side that lines are made of.
+_ORDER = 8
+# Strides on either side whose lines are told.
+_SHOWN = 2
 # What a change of shape weighs beside one of the eigenvalue where branches are followed.
 _SHAPE = 0.3
 # A speed at which the turn says nothing: matrices are those of one angle.
 _AT_REST = 1e-9
-# Modes that the branches are sought in, over the fastest of their lines.
-_FAST = 1.0
-# Change of a motion by a harmonic that ends adding them, and the part of its rate by which it may
-# move on the way.
-_EXACT, _MOVED = 1e-9, 1e-2
+# Motions that are followed, over the fastest branch with a stride of the turn.
+_ROOM = 3.0
 # Circles that differ by less are a line; decrements below this are rounding.
 _LINE, _UNDAMPED = 1e-2, 1e-9
 _SEEN = ("line_rad_s", "forward", "backward", "axial", "inside")
@@ -50,8 +49,8 @@ class RotatingDiagram(ReadOnlyArrays):
     `speeds_rad_s`: of the frame, (s,). `eigenvalues`: λ in the frame, 1/s, (b, s). `multiples`: k
     of the lines, (k,). `line_rad_s`: |Im λ + kΩ|, seen in fixed axes, (b, k, s). `forward`,
     `backward`, `axial`: part of each line in the motion of turning interfaces, circles about +z and
-    −z, and motion along and about the axis, (b, k, s); their sum over k is 1. `inside`: part of the
-    frequency |Im λ + kΩ| in the frame, by the kinetic energy, (b, k, s).
+    −z, and motion along and about the axis, (b, k, s); their sum over all k is 1. `inside`: part of
+    the frequency |Im λ + kΩ| in the frame, by the kinetic energy, (b, k, s).
     """
 
     speeds_rad_s: FloatArray
@@ -84,25 +83,19 @@ def rotating_diagram(
     speeds = np.asarray(speeds_rad_s, dtype=float)
     if speeds.ndim != 1 or not speeds.size or (speeds < 0).any() or (np.diff(speeds) <= 0).any():
         raise AnalysisError("speeds_rad_s must rise, and none be negative")
-    basis = _slow_motions(rotating.periodic, float(speeds.max()), branch_count)
-    every = np.eye(rotating.periodic.size)
-    states = [
-        _motions(rotating.periodic, float(speed), basis if speed else every) for speed in speeds
-    ]
+    periodic = rotating.periodic
+    fastest = _fastest(periodic, float(speeds.max()), branch_count)
+    basis = search_basis(periodic, fastest, float(speeds.max()))
+    turning = PeriodicMotions(periodic, basis, fastest) if periodic.stride else None
+    states = [_motions(periodic, float(speed), turning) for speed in speeds]
     order = np.argsort(np.abs(states[0].values))
     still = _AT_REST * float(np.abs(states[0].values).max(initial=0.0))
     slow = [k for k in order if states[0].values[k].imag > still]
     columns = [np.array(slow[:branch_count], dtype=int)]
-    for before, after in zip(states[:-1], states[1:], strict=True):
+    for before, after in pairwise(states):
         columns.append(_followed(rotating.periodic, before, after, columns[-1]))
-    reach = 1 + _ORDER * rotating.periodic.stride
+    reach = 1 + _SHOWN * periodic.stride
     multiples = np.arange(-reach, reach + 1)
-    if rotating.periodic.stride:
-        states = [
-            _settled(rotating.periodic, basis, state, chosen)
-            for state, chosen in zip(states, columns, strict=True)
-        ]
-        columns = [np.arange(len(chosen)) for chosen in columns]
     ends = _turning_ends(rotating)
     lines = [
         [_lines(rotating, state, k, ends, multiples) for k in chosen]
@@ -119,64 +112,36 @@ def rotating_diagram(
 
 
 class _State(NamedTuple):
-    """Motions at one speed: λ, dλ/dΩ, and right and left parts by harmonic, (h, n, m) each."""
+    """Motions at one speed: λ, dλ/dΩ, and parts by harmonic, (h, n, m)."""
 
     speed: float
     values: ComplexArray
     slopes: ComplexArray
     harmonics: IntArray
     parts: ComplexArray
-    left: ComplexArray
 
 
-def _slow_motions(periodic: PeriodicSystem, top: float, branch_count: int) -> FloatArray:
-    """Motions (n, r) that the branches are sought in: all of them where no harmonics multiply them.
-
-    Those at rest up to twice the frequency of the highest branch with all its sidebands, and what
-    others answer as springs.
-    """
-    if not periodic.stride:
-        return np.eye(periodic.size)
+def _fastest(periodic: PeriodicSystem, top: float, branch_count: int) -> float:
+    """Rate up to which motions are followed: that of the highest branch, with room for the turn."""
     own = periodic.at(0.0)[1][0].real
     squared = la.eigvalsh(0.5 * (own + own.T), periodic.mass)
     last = np.sqrt(abs(squared[min(branch_count, len(squared) - 1)]))
-    fastest = _FAST * (last + _ORDER * periodic.stride * top)
-    return search_basis(periodic, float(fastest), top)
+    return float(_ROOM * (last + periodic.stride * top))
 
 
-def _motions(periodic: PeriodicSystem, speed: float, basis: FloatArray) -> _State:
-    """Motions that count at a speed; near rest those of the engine at one angle."""
-    periodic = held_to(periodic, basis)
-    own = periodic.at(0.0)[1][0]
-    rate = float((np.diag(own).real / np.diag(periodic.mass)).max())
-    turning = periodic if speed else _frozen(periodic)
-    order = _ORDER if turning.stride else 0
-    block = prepared(hill_block(turning, order), rate, 0.5 * speed, max(speed, 1.0))
-    found: Spectral = with_slopes(block, solve(block, speed), "both")
-    kept = np.flatnonzero(found.counted)
-    harmonics = turning.stride * np.arange(-order, order + 1)
-    parts = basis @ found.right[:, kept].reshape(len(harmonics), periodic.size, -1)
-    left = basis @ found.left[kept].conj().T.reshape(len(harmonics), periodic.size, -1)
-    return _State(speed, found.values[kept], found.slopes[kept], harmonics, parts, left)
-
-
-def _settled(
-    periodic: PeriodicSystem, basis: FloatArray, state: _State, chosen: IntArray
-) -> _State:
-    """Some motions in all coordinates; those that Newton's method does not find stay."""
-    values, parts = state.values[chosen], state.parts[..., chosen]
-    if len(state.harmonics) > 1:
-        for k, mode in enumerate(chosen):
-            # back to the coordinates of the basis, which is of unit mass
-            given = (a[..., mode] @ periodic.mass @ basis for a in (state.parts, state.left))
-            start = Root(complex(values[k]), state.speed, *given)
-            allowed = (np.inf, _EXACT * abs(values[k]))
-            found = converged_root(periodic, basis, start, "growth", allowed)
-            if found is not None and abs(found.root.value - values[k]) < _MOVED * abs(values[k]):
-                extra = (len(found.root.right) - len(parts)) // 2
-                values[k] = found.root.value
-                parts[..., k] = found.root.right[extra : extra + len(parts)]
-    return state._replace(values=values, parts=parts, left=state.left[..., chosen])
+def _motions(periodic: PeriodicSystem, speed: float, turning: PeriodicMotions | None) -> _State:
+    """Motions at a speed; at rest those of the engine at the angle 0."""
+    if turning is not None and speed:
+        found = turning.solve(speed)
+        kept = np.flatnonzero(found.counted)
+        roots = [turning.root(found, int(k), _ORDER) for k in kept]
+        parts = np.array([r.right @ turning.basis.T for r in roots]).transpose(1, 2, 0)
+        harmonics = periodic.stride * np.arange(-_ORDER, _ORDER + 1)
+        return _State(speed, found.values[kept], found.slopes[kept], harmonics, parts)
+    still = periodic if speed or not periodic.stride else _frozen(periodic)
+    constant = ConstantMotions(still, 0.5 * speed, max(speed, 1.0))
+    every = constant.with_slopes(constant.solve(speed), "both")
+    return _State(speed, every.values, every.slopes, np.zeros(1, dtype=int), every.right[None])
 
 
 def _frozen(periodic: PeriodicSystem) -> PeriodicSystem:
@@ -229,9 +194,11 @@ def _lines(
 ) -> FloatArray:
     """What `_SEEN` names of one motion, (5, k)."""
     motion: Harmonics = {int(h): state.parts[k][:, mode] for k, h in enumerate(state.harmonics)}
-    rate = state.values[mode].imag + state.speed * multiples
-    circles, inside = np.zeros((3, len(multiples))), np.zeros(len(multiples))
-    first = int(multiples[0])
+    reach = max(int(multiples[-1]), int(state.harmonics[-1]) + 1)
+    every = np.arange(-reach, reach + 1)
+    rate = state.values[mode].imag + state.speed * every
+    circles, inside = np.zeros((3, len(every))), np.zeros(len(every))
+    first = -reach
     for end in ends:
         arm = _gyration(rotating, end)
         for h, u in seen(rotating.seat(end), motion).items():
@@ -243,13 +210,14 @@ def _lines(
     if not state.speed:
         # all lines are one
         circles[:, -first] = circles.sum(axis=1)
-        circles[:, np.arange(len(multiples)) != -first] = 0.0
+        circles[:, np.arange(len(every)) != -first] = 0.0
     # x + iy of a circle e^{irt} turns about +z where r > 0
     ahead = rate * rotating.sense >= 0.0
     sides = (np.where(ahead, circles[k], circles[1 - k]) for k in (0, 1))
     total, energy = float(circles.sum()) or 1.0, float(inside.sum()) or 1.0
     shares = [part / total for part in (*sides, circles[2])]
-    return np.array([np.abs(rate), *shares, inside / energy])
+    found = np.array([np.abs(rate), *shares, inside / energy])
+    return found[:, np.isin(every, multiples)]
 
 
 def _gyration(rotating: RotatingSystem, end: End) -> float:

@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from solidwhirl.rotordyn.asymmetric.basis import fastest_rate, search_basis
+from solidwhirl.rotordyn.asymmetric.basis import fastest_rate, highest_rate, search_basis
 from solidwhirl.rotordyn.asymmetric.constant import ConstantMotions
 from solidwhirl.rotordyn.asymmetric.exponents import PeriodicMotions
 from solidwhirl.rotordyn.asymmetric.floquet import floquet_multipliers
@@ -23,6 +23,8 @@ from solidwhirl.rotordyn.stability.unstable_windows import Piece, Search
 
 # Harmonics of Hill's method to begin with.
 _FIRST = 3
+# Coordinates that are few.
+_FEW = 16
 # A motion that turns slower than this part of its rate stands still.
 _STILL = 1e-6
 # Part of the width of a range by which its ends, and of its growth by which that, may still move
@@ -123,10 +125,13 @@ def _searched(system: PeriodicSystem, low: float, high: float, width: float) -> 
     """Search among the motions that may meet by the first and second harmonic of the matrices.
 
     With the stride g, ω_j + ω_k = m gΩ of m = 1 has no motion above gΩ, of m = 2 none above 2gΩ.
+    Among few coordinates all are taken in.
     """
     if not system.stride:
         return _Found(system, ConstantMotions(system, low, high), (low, high), width)
     fastest = fastest_rate(system, high)
+    if system.size <= _FEW:
+        fastest = max(fastest, highest_rate(system))
     motions = PeriodicMotions(system, search_basis(system, fastest, high), fastest)
     return _Found(system, motions, (low, high), width)
 

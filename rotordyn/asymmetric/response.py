@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -18,8 +19,8 @@ from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.response.orbits import OrbitRecord
 
 # Part of the largest harmonic below which the last ones of an expansion have to be; and how many
-# there may be.
-_SMALL, _MOST = 1e-9, 12
+# there are on either side of those that are loaded.
+_SMALL, _ORDER = 1e-7, 16
 # What stiffness does to free motions, relative to others; and how far above the speed these are
 # held.
 _FREE, _FAR_ABOVE = 1e-7, 100.0
@@ -55,14 +56,10 @@ def steady_motion(periodic: PeriodicSystem, speed_rad_s: float, loads: Harmonics
         groups.setdefault(harmonic % stride if stride else harmonic, {})[harmonic] = load
     out: Harmonics = {}
     for offset, given in groups.items():
-        first = max((abs(h - offset) // stride for h in given), default=0) if stride else 0
-        for order in range(first + 1, first + _MOST):
-            found = _expanded(periodic, speed_rad_s, given, offset, order if stride else 0)
-            sizes = {h: float(np.abs(q).max()) for h, q in found.items()}
-            ends = (min(found), max(found))
-            if not stride or max(sizes[h] for h in ends) <= _SMALL * max(sizes.values()):
-                break
-        else:
+        found = _expanded(periodic, speed_rad_s, given, offset)
+        sizes = {h: float(np.abs(q).max()) for h, q in found.items()}
+        ends = max(sizes[h] for h in (min(found), max(found)))
+        if periodic.stride and ends > _SMALL * max(sizes.values()):
             raise AnalysisError(
                 f"the harmonics of the steady motion at {speed_rad_s:.6g} rad/s do not die out"
             )
@@ -70,19 +67,50 @@ def steady_motion(periodic: PeriodicSystem, speed_rad_s: float, loads: Harmonics
     return out
 
 
-def _expanded(
-    periodic: PeriodicSystem, speed: float, given: Harmonics, offset: int, order: int
-) -> Harmonics:
-    """Motion with the harmonics offset + k · stride, −order <= k <= order."""
+def _expanded(periodic: PeriodicSystem, speed: float, given: Harmonics, offset: int) -> Harmonics:
+    """Motion with the harmonics offset + k · stride, group by group from one end to the other.
+
+    A group has as many harmonics as the matrices reach over, so that it meets its neighbours alone.
+    """
     n, stride = periodic.size, periodic.stride
-    matrix = dynamic_stiffness(periodic, speed, offset, order)
-    harmonics = [offset + k * stride for k in range(-order, order + 1)]
-    load = np.concatenate([given.get(h, np.zeros(n)) for h in harmonics]).astype(complex)
-    try:
-        found = la.solve(matrix, load, check_finite=False)
-    except la.LinAlgError as error:
-        raise AnalysisError(f"an undamped resonance at {speed:.10g} rad/s") from error
-    return dict(zip(harmonics, found.reshape(len(harmonics), n), strict=True))
+    velocity, stiffness = periodic.at(speed)
+    reach = max((abs(h) // stride for h in {*velocity, *stiffness}), default=0) if stride else 0
+    first = max((abs(h - offset) // stride for h in given), default=0) if stride else 0
+    width = max(reach, 1)
+    count = 1 if not stride else 2 * ((first + _ORDER) // width) + 1
+    start = offset - stride * (count * width // 2)
+    groups = [
+        [start + stride * (width * g + k) for k in range(width)] for g in range(count)
+    ]  # fmt: skip
+
+    def block(rows: list[int], columns: list[int]) -> ComplexArray:
+        out = np.zeros((len(rows), n, len(columns), n), dtype=complex)
+        for i, h in enumerate(rows):
+            for j, other in enumerate(columns):
+                part = stiffness.get(h - other, 0.0)
+                part = part + 1j * other * speed * velocity.get(h - other, 0.0)
+                out[i, :, j] = part - (h * speed) ** 2 * periodic.mass if h == other else part
+        return out.reshape(len(rows) * n, len(columns) * n)
+
+    loads = [np.concatenate([given.get(h, np.zeros(n)) for h in g]).astype(complex) for g in groups]
+    factors: list[Any] = []
+    for k, own in enumerate(groups):
+        matrix = block(own, own)
+        if k:
+            lower, upper = block(own, groups[k - 1]), block(groups[k - 1], own)
+            both = la.lu_solve(factors[-1], np.column_stack([upper, loads[k - 1]]))
+            matrix -= lower @ both[:, :-1]
+            loads[k] = loads[k] - lower @ both[:, -1]
+        factors.append(la.lu_factor(matrix, check_finite=False))
+        if not np.diag(factors[-1][0]).all():
+            raise AnalysisError(f"an undamped resonance at {speed:.10g} rad/s")
+    motion = la.lu_solve(factors[-1], loads[-1])
+    found = [motion]
+    for k in reversed(range(count - 1)):
+        motion = la.lu_solve(factors[k], loads[k] - block(groups[k], groups[k + 1]) @ motion)
+        found.insert(0, motion)
+    every = np.concatenate(found).reshape(-1, n)
+    return dict(zip((h for g in groups for h in g), every, strict=True))
 
 
 def held_where_free(periodic: PeriodicSystem, speed_rad_s: float) -> PeriodicSystem:

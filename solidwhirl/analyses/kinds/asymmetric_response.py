@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -38,6 +39,8 @@ from solidwhirl.rotordyn.plots.asymmetric import multiples_chart
 _BESIDE, _DAMPED = (-2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0), 1e-5
 # Motion below this part of the largest is not shown.
 _SEEN = 1e-6
+# And of the headline.
+_TOLD = 1e-2
 
 
 class BowSpec(Record):
@@ -95,10 +98,12 @@ class AsymmetricResponseSpec(base.Sweep):
         constant, turning = self._loads(rotating)
         motion = steady_response(rotating, speeds, constant=constant, centrifugal=turning)
         rpm = speeds / ratio * RPM_PER_RAD_S
+        motion = _without_rounding(motion)
         places = {place: _place_document(motion, place) for place in self.observe}
         first = places[self.observe[0]]["major_m"]
         largest = {h: float(np.nanmax(first[h])) for h in first if h != "0"}
-        said = ", ".join(f"{h} × speed {size:.3g} m" for h, size in largest.items() if size > 0.0)
+        seen = _TOLD * max(largest.values(), default=0.0)
+        said = ", ".join(f"{h} × speed {size:.3g} m" for h, size in largest.items() if size > seen)
         return Outcome(
             kind=self.kind,
             document={
@@ -178,6 +183,19 @@ class AsymmetricResponseSpec(base.Sweep):
         for place, own in document["places"].items():
             for h, sizes in own["major_m"].items():
                 yield f"{place}.largest_{h}x_m", base.largest_of(sizes)
+
+
+def _without_rounding(motion: SteadyResponse) -> SteadyResponse:
+    """The motion without multiples that are nowhere more than a millionth of the largest."""
+    sizes = np.abs(motion.translation_m).max(axis=(0, 2, 3))
+    last = int(np.flatnonzero(sizes > _SEEN * sizes.max())[-1]) if sizes.any() else 0
+    return replace(
+        motion,
+        multiples=motion.multiples[: last + 1],
+        translation_m=motion.translation_m[:, : last + 1],
+        tilt_rad=motion.tilt_rad[:, : last + 1],
+        bearing_forces={n: f[:, : last + 1] for n, f in motion.bearing_forces.items()},
+    )
 
 
 def _beside(found: Sequence[Resonance]) -> list[float]:

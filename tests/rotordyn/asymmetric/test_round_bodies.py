@@ -86,13 +86,15 @@ def test_diagram_in_fixed_axes(shafts, support):
     ordinary, rotating = both(shafts, support)
     speeds = np.array([0.0, 2000.0, 5000.0]) * RPM
     found = as_campbell(rotating_diagram(rotating, speeds, 6), 1.0)
+    # supports that are unlike have their branches in modes up to three times as fast
+    limit = 2e-5 if rotating.periodic.stride else SAME
     for k, speed in enumerate(speeds):
         modes = rd.modes_at_speed(ordinary, float(speed))
         for hertz, value in zip(found.frequency_hz[:, k], found.eigenvalues[:, k], strict=True):
             nearest = np.abs(modes.frequency_hz - hertz).argmin()
-            assert hertz == pytest.approx(modes.frequency_hz[nearest], rel=SAME)
+            assert hertz == pytest.approx(modes.frequency_hz[nearest], rel=limit)
             growth = modes.eigenvalues[nearest].real
-            assert value.real == pytest.approx(growth, abs=SAME * abs(value))
+            assert value.real == pytest.approx(growth, abs=limit * abs(value))
 
 
 @pytest.mark.parametrize("support", ["same in all directions", "unlike"])
@@ -139,7 +141,4 @@ def test_unstable_ranges(shafts):
     found = unstable_ranges(rotating.periodic, 3000.0 * RPM, TOP)
     assert len(known) > 0
     ends = [(r.low_rad_s, r.high_rad_s) for r in found]
-    assert ends == [
-        pytest.approx((k.low_rad_s, k.high_rad_s), rel=1e-7)
-        for k in known
-    ]
+    assert ends == [pytest.approx((k.low_rad_s, k.high_rad_s), rel=1e-7) for k in known]
