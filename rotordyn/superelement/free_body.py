@@ -162,8 +162,8 @@ def free_body_matrices(element: Superelement) -> FreeBodyMatrices:
 
     `element`: the body, without `free_body_problems`. Returns K and Kgeo − S projected on the
     motions that are M-orthogonal to the rigid ones, where K R = 0 and (Kgeo − S) R is
-    `rigid_centrifugal`; (Kgeo − S) R keeps a mesh error in solids. An unbalanced body keeps the energy of its
-    centrifugal forces, see `_even_energy`.
+    `rigid_centrifugal`; (Kgeo − S) R keeps a mesh error in solids. An unbalanced body keeps the
+    energy of its centrifugal forces, see `_even_energy`.
     """
     modes = element.rigid_body_modes[:, element.rigid_body_present]
     momentum = element.mass @ modes
