@@ -61,6 +61,11 @@ class Resonance:
         """Sum of the error estimates, relative."""
         return float(sum(self.errors.values()))
 
+    @property
+    def is_estimated(self) -> bool:
+        """Whether a body tells what it left out."""
+        return bool(self.errors.keys() - {"harmonics"})
+
 
 def critical_speeds(rotating: RotatingSystem, low: float, high: float) -> tuple[Resonance, ...]:
     """Return the speeds at which loads fixed to the body, as unbalance, are in resonance."""
