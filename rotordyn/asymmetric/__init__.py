@@ -32,6 +32,7 @@ __all__ = [
     "UnstableRange",
     "assemble_rotating",
     "at_rest",
+    "closed_by_damping",
     "fitted_growth",
     "floquet_multipliers",
     "growth_end",

@@ -8,6 +8,7 @@ sidebands.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -25,7 +26,7 @@ from solidwhirl.rotordyn.asymmetric.response import seen
 from solidwhirl.rotordyn.campbell.diagram import Campbell
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.errors import AnalysisError
-from solidwhirl.rotordyn.stability.eigenvalue_paths import Spectral, prepared, solve, with_slopes
+from solidwhirl.rotordyn.stability.eigenvalue_paths import prepared, solve, with_slopes
 
 # Harmonics on either side of an expansion.
 _ORDER = 3
@@ -93,7 +94,7 @@ def rotating_diagram(
     still = _AT_REST * float(np.abs(states[0].values).max(initial=0.0))
     slow = [k for k in order if states[0].values[k].imag > still]
     columns = [np.array(slow[:branch_count], dtype=int)]
-    for before, after in zip(states[:-1], states[1:], strict=True):
+    for before, after in pairwise(states):
         columns.append(_followed(rotating.periodic, before, after, columns[-1]))
     reach = 1 + _ORDER * rotating.periodic.stride
     multiples = np.arange(-reach, reach + 1)
@@ -152,7 +153,7 @@ def _motions(periodic: PeriodicSystem, speed: float, basis: FloatArray) -> _Stat
     turning = periodic if speed else _frozen(periodic)
     order = _ORDER if turning.stride else 0
     block = prepared(hill_block(turning, order), rate, 0.5 * speed, max(speed, 1.0))
-    found: Spectral = with_slopes(block, solve(block, speed), "both")
+    found = with_slopes(block, solve(block, speed), "both")
     kept = np.flatnonzero(found.counted)
     harmonics = turning.stride * np.arange(-order, order + 1)
     parts = basis @ found.right[:, kept].reshape(len(harmonics), periodic.size, -1)
@@ -243,9 +244,9 @@ def _lines(
         circles[:, np.arange(len(multiples)) != -first] = 0.0
     # x + iy of a circle e^{irt} turns about +z where r > 0
     ahead = rate * rotating.sense >= 0.0
-    sides = (np.where(ahead, circles[k], circles[1 - k]) for k in (0, 1))
+    turned = [np.where(ahead, circles[k], circles[1 - k]) for k in (0, 1)]
     total, energy = float(circles.sum()) or 1.0, float(inside.sum()) or 1.0
-    shares = [part / total for part in (*sides, circles[2])]
+    shares = [part / total for part in (*turned, circles[2])]
     return np.array([np.abs(rate), *shares, inside / energy])
 
 

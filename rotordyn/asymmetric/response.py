@@ -13,7 +13,7 @@ from solidwhirl.rotordyn.assembly.parts import Bearing, End
 from solidwhirl.rotordyn.asymmetric.assembly import RotatingSystem
 from solidwhirl.rotordyn.asymmetric.hill import hill_block
 from solidwhirl.rotordyn.asymmetric.periodic import Harmonics, PeriodicSystem, Term
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, ReadOnlyArrays
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.response.orbits import OrbitRecord
 
@@ -192,8 +192,8 @@ def _amplitudes(parts: Harmonics, top: int) -> ComplexArray:
     return out
 
 
-def speeds_with(speeds: Sequence[float], places: Sequence[float]) -> FloatArray:
+def speeds_with(speeds: npt.ArrayLike, places: Sequence[float]) -> FloatArray:
     """Return speeds with others put among them, rising."""
-    low, high = min(speeds), max(speeds)
-    inside = [p for p in places if low <= p <= high]
-    return np.unique(np.concatenate([np.asarray(speeds, dtype=float), inside]))
+    given = np.asarray(speeds, dtype=float)
+    inside = [p for p in places if given.min() <= p <= given.max()]
+    return np.asarray(np.unique(np.concatenate([given, inside])))

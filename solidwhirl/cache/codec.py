@@ -131,8 +131,8 @@ def _kind_of(label: str, packages: Set[str]) -> Any:
 def pack(value: Any, packages: Set[str] = PACKAGES) -> list[Block]:
     """Return a value as pieces of bytes that belong one after the other.
 
-    `value`: frozen dataclasses and named tuples of the packages, tuples, lists, mappings, arrays, numbers, texts,
-    bytes, None, nested as they like.
+    `value`: frozen dataclasses and named tuples of the packages, tuples, lists, mappings, arrays,
+    numbers, texts, bytes, None, nested as they like.
     Raises CodecError: something else occurs in it.
     """
     head, blocks = _pieces(value, _Packer(packages, {}))

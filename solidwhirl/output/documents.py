@@ -62,7 +62,7 @@ _SAME_FREQUENCY = 1e-6
 
 def results_document(results: Results) -> dict[str, Any]:
     """Everything that `results.json` holds; units are in the keys, absent values are null."""
-    scene, diagram = results.scene, results.campbell
+    scene = results.scene
     numbers = _numbers(results)
     document = {
         "schema": SCHEMA,
