@@ -102,7 +102,7 @@ def resonances(
     `loads`: (n, k) by harmonic. `speeds_rad_s`: lowest and highest speed of the frame, above 0.
     """
     low, high = speeds_rad_s
-    periodic = held_where_free(rotating.periodic, high)
+    periodic = held_where_free(rotating, high)
     rotating = replace(rotating, periodic=periodic)
     stride = periodic.stride
     offsets = sorted({h % stride for h in loads}) if stride else sorted(loads)

@@ -63,7 +63,8 @@ def rigid_centrifugal_energy(element: Superelement) -> float:
     geometric = modes.T @ element.stress_stiffening @ modes
     softening = modes.T @ element.spin_softening @ modes
     size = max(float(np.abs(geometric).max()), float(np.abs(softening).max()))
-    missed = geometric - softening - _expected_energy(element) / np.sqrt(np.outer(kinetic, kinetic))
+    known = modes.T @ rigid_centrifugal(element) / np.sqrt(kinetic)
+    missed = geometric - softening - known
     return float(np.abs(missed).max()) / size if size > 0 else 0.0
 
 
@@ -72,7 +73,9 @@ def rigid_centrifugal(element: Superelement) -> FloatArray:
 
     A motion that stands still in space needs no force. In the inertial frame that is q = R c, in
     the rotating one q = R e^{−ΩtT} c with the turn T of rigid motions, so that there
-    (Kgeo − S) R = G R T − M R T².
+    (Kgeo − S) R = G R T − M R T² for a body that is balanced. The stress of any other is in
+    equilibrium with the centrifugal load less the inertia of the rigid motion that this would
+    cause; a tilt turns both.
     """
     present = element.rigid_body_present
     modes = element.rigid_body_modes
@@ -80,19 +83,14 @@ def rigid_centrifugal(element: Superelement) -> FloatArray:
         return np.zeros_like(modes[:, present])
     turned = modes @ RIGID_TURN
     found = element.gyroscopic @ turned - element.mass @ turned @ RIGID_TURN
+    found[:, 3:] -= _turned_relief(element)
     return np.asarray(found[:, present])
 
 
-def _expected_energy(element: Superelement) -> FloatArray:
-    """Rᵀ(Kgeo − S)R of the rigid motions present, (r, r).
-
-    The stress at speed is in equilibrium with the centrifugal load less the inertia of the rigid
-    motion that its resultants cause, by which an unbalanced body differs from `rigid_centrifugal`.
-    """
-    present = element.rigid_body_present
-    expected = element.rigid_body_modes[:, present].T @ rigid_centrifugal(element)
-    if element.frame == "inertial" or not element.spin_softening.any():
-        return expected
+def _turned_relief(element: Superelement) -> FloatArray:
+    """∫ φ · θ × ρ (a + α × x) of tilts θ, (n, 3): a rigid motion takes up the centrifugal load."""
+    moments = element.moments
+    assert moments is not None  # elements in the rotating frame have them
     mass = rigid_body_mass_matrix(
         element.mass_kg, element.center_of_gravity_m, element.inertia_kg_m2
     )
@@ -101,12 +99,14 @@ def _expected_energy(element: Superelement) -> FloatArray:
     first = element.mass_kg * element.center_of_gravity_m
     pull = np.array([first[0], first[1], 0.0, -second[1, 2], second[0, 2], 0.0])
     caused = np.linalg.solve(mass, pull)
-    # ∫ x bᵀ of the load b = ρ (a + α × x) that was taken off
-    lost = np.outer(first, caused[:3]) + second @ cross_matrix(caused[3:]).T
-    lost = 0.5 * (lost + lost.T)
-    change = np.zeros((6, 6))
-    change[3:, 3:] = np.trace(lost) * np.eye(3) - lost
-    return np.asarray(expected - change[np.ix_(present, present)])
+    columns = []
+    for tilt in np.eye(3):
+        gradient = cross_matrix(tilt) @ cross_matrix(caused[3:])
+        columns.append(
+            np.cross(tilt, caused[:3]) @ moments.displacement_kg
+            + np.einsum("ba,abn->n", gradient, moments.first_kg_m)
+        )
+    return np.column_stack(columns)
 
 
 def free_body_problems(element: Superelement) -> tuple[str, ...]:

@@ -126,7 +126,7 @@ def asymmetry_of(
     span = (max(_SLOWEST * top, float(speeds.min())), top)
     turns = top > 0.0
     # the drive keeps the speed, whatever torsion does
-    driven = held_where_free(rotating.periodic, max(top, 1.0))
+    driven = held_where_free(rotating, max(top, 1.0))
     return Asymmetry(
         frame_ratio=rotating.frame_ratio,
         periods_per_turn=rotating.periodic.stride,
