@@ -17,6 +17,8 @@ from solidwhirl.rotordyn.superelement.rigid_body import RIGID_TURN, rigid_body_m
 
 ELASTIC_LIMIT = 1e-9
 CENTRIFUGAL_LIMIT = 1e-6
+# Rigid motion that turns a body about its axis.
+_ABOUT_AXIS = 5
 
 
 class FreeBodyMatrices(NamedTuple):
@@ -133,7 +135,8 @@ def free_body_matrices(element: Superelement) -> FreeBodyMatrices:
 
     `element`: the body, without `free_body_problems`. Returns K and Kgeo − S projected on the
     motions that are M-orthogonal to the rigid ones, where K R = 0 and (Kgeo − S) R is
-    `rigid_centrifugal`; (Kgeo − S) R keeps a mesh error in solids.
+    `rigid_centrifugal`, which keeps a mesh error in solids. In a turn about the axis it is 0:
+    centrifugal load and reactions turn with the body.
     """
     modes = element.rigid_body_modes[:, element.rigid_body_present]
     momentum = element.mass @ modes
@@ -144,6 +147,9 @@ def free_body_matrices(element: Superelement) -> FreeBodyMatrices:
         projector -= modes @ onto
         centrifugal = projector.T @ centrifugal @ projector
         known = rigid_centrifugal(element)
+        turn = np.flatnonzero(element.rigid_body_present) == _ABOUT_AXIS
+        known -= onto[turn].T @ (modes[:, turn].T @ known)
+        known[:, turn] = 0.0
         both = known @ onto
         centrifugal += both + both.T - onto.T @ (modes.T @ known) @ onto
     return FreeBodyMatrices(
