@@ -64,7 +64,8 @@ def couple(
     `interfaces`: the interfaces, in the order of their coordinates. `components`: which of the
     kinematics' components become coordinates, by interface. `shape`: as in `OperatorEffects`; in a
     body that is not the same in all directions axial motion and torsion couple to lateral motion,
-    and nothing is held that is no coordinate. Raises ReductionError: two rigid interfaces share nodes.
+    and nothing is held that is no coordinate. Raises ReductionError: two rigid interfaces share
+    nodes.
     """
     wanted = {
         i.name: [c for c in COMPONENTS if c in components[i.name] and c in kin.rigid_motions]

@@ -21,7 +21,7 @@ from solidwhirl.reduction.operators import compat, forms
 from solidwhirl.reduction.operators.dofs import Unknowns
 from solidwhirl.reduction.operators.kinematics import Kinematics
 from solidwhirl.reduction.solvers.vectors import apply, as_complex
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, Matrix
+from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray, Matrix
 
 # e_z × u, and the components that it turns
 _QUARTER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])

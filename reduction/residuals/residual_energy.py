@@ -149,8 +149,8 @@ def mesh_energy(
 ) -> tuple[Omitted, FinerSpace]:
     """Energy that elements one order higher would take up, on the same mesh.
 
-    `operators`, `basis`: of one body and order, of a meridian, a sector, or a whole solid in its own
-    axes. Returns energy: part "mesh"; finer: for indicators of single elements.
+    `operators`, `basis`: of one body and order, of a meridian, a sector, or a whole solid in its
+    own axes. Returns energy: part "mesh"; finer: for indicators of single elements.
 
     The next order does not show the whole error. The energy of every element is multiplied by what
     it leaves out: `singular_factor` where the element touches a re-entrant corner or the end of a

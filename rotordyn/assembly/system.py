@@ -163,11 +163,11 @@ def assemble(
     `Bearing.cross_coupling` for shafts that turn backward. Raises AssemblyError if names,
     components or shapes do not fit; all faults are listed at once.
     """
-    rotating = [name for name, rotor in rotors.items() if rotor.element.frame == "rotating"]
-    if rotating:
+    uneven = [name for name, rotor in rotors.items() if rotor.element.frame == "rotating"]
+    if uneven:
         raise AssemblyError(
             (
-                f"rotors {rotating} bend unlike in two planes: in fixed axes their matrices change "
+                f"rotors {uneven} bend unlike in two planes: in fixed axes their matrices change "
                 "with the angle; `asymmetric.assemble_rotating` puts them together",
             )
         )

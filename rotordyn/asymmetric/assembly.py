@@ -1,4 +1,4 @@
-"""Assembly of engines with bodies that bend unlike in two planes, in the frame that turns with them.
+"""Assembly of engines with bodies that bend unlike in two planes, in the frame of these.
 
 Coordinates of every body of revolution turn with the frame too, q_fixed = e^{θL} q, which leaves
 its matrices constant, and those of an asymmetric body are constant there as they are. A body at
@@ -161,10 +161,14 @@ def at_rest(rotors: Mapping[str, Rotor]) -> dict[str, Rotor]:
         element = rotor.element
         if element.frame == "rotating":
             none = np.zeros_like(element.mass)
-            still = {"gyroscopic": none, "stress_stiffening": none, "spin_softening": none}
-            rotor = replace(
-                rotor, element=replace(element, frame="inertial", **still), internal_damping=None
+            still = replace(
+                element,
+                frame="inertial",
+                gyroscopic=none,
+                stress_stiffening=none,
+                spin_softening=none,
             )
+            rotor = replace(rotor, element=still, internal_damping=None)
         out[name] = rotor
     return out
 
@@ -182,10 +186,10 @@ def _frame_ratio(system: System) -> float:
         if abs(other - ratio) > _SAME_RATIO * abs(ratio):
             raise AssemblyError(
                 (
-                    f"rotors {first!r} and {name!r} bend unlike in two planes and turn at {ratio:g} "
-                    f"and {other:g} times the reference speed: no frame leaves both constant, and "
-                    "their matrices have no common period; reduce one of them as a body of "
-                    "revolution, the one that is nearer to it, and then the other",
+                    f"rotors {first!r} and {name!r} bend unlike in two planes and turn at "
+                    f"{ratio:g} and {other:g} times the reference speed: no frame leaves both "
+                    "constant, and their matrices have no common period; reduce one of them as a "
+                    "body of revolution, the one that is nearer to it, and then the other",
                 )
             )
     return ratio
@@ -334,7 +338,7 @@ def _body_terms(
 ) -> tuple[list[Term], list[Term], list[Term], FloatArray]:
     """V, K and E of all bodies, and M."""
     n = rows.transformation.shape[1]
-    velocity, stiffness, acceleration = ([] for _ in range(3))  # type: ignore[var-annotated]
+    velocity, stiffness, acceleration = ([] for _ in range(3))
     mass = np.zeros((n, n))
     for name, rotor in rows.system.rotors.items():
         at = rows.transformation[rows.body_slices[name]]

@@ -8,8 +8,8 @@ import scipy.linalg as la
 from solidwhirl.rotordyn.asymmetric.periodic import PeriodicSystem
 from solidwhirl.rotordyn.core.arrays import FloatArray
 
-# Amplitude of what the others answer to a mode from which it is taken in.
-_ANSWER = 3e-3
+#: Amplitude of what the others answer to a mode from which it is taken in.
+ANSWER = 3e-3
 
 
 #: The fastest motion that is followed, by the fastest change of the matrices or the slowest mode.
@@ -40,11 +40,14 @@ def _own(system: PeriodicSystem) -> FloatArray:
     return np.asarray(0.5 * (own + own.T).real)
 
 
-def search_basis(system: PeriodicSystem, fastest_1_s: float, speed_rad_s: float) -> FloatArray:
+def search_basis(
+    system: PeriodicSystem, fastest_1_s: float, speed_rad_s: float, answer: float = ANSWER
+) -> FloatArray:
     """Return motions B (n, r) with Bᵀ M B = 1.
 
     Modes at rest up to the rate `fastest_1_s`, and what all others answer, as springs alone, to the
-    forces that the modes meet at the speed by all other terms of the matrices.
+    forces that the modes meet at the speed by all other terms of the matrices, with amplitudes from
+    `answer` on.
     """
     lower = la.cholesky(system.mass, lower=True)
     velocity, stiffness = system.at(speed_rad_s)
@@ -58,5 +61,5 @@ def search_basis(system: PeriodicSystem, fastest_1_s: float, speed_rad_s: float)
     met = [side @ kept for part in parts for side in (part.real, part.imag)]
     answers = (others / squared[~slow]) @ (others.T @ np.hstack(met))
     directions, size, _ = la.svd(lower.T @ answers, full_matrices=False)
-    added = la.solve_triangular(lower, directions[:, size > _ANSWER], lower=True, trans="T")
+    added = la.solve_triangular(lower, directions[:, size > answer], lower=True, trans="T")
     return np.hstack((kept, added))

@@ -36,7 +36,9 @@ _SHAPE = 0.3
 # A speed at which the turn says nothing: matrices are those of one angle.
 _AT_REST = 1e-9
 # Motions that are followed, over the fastest branch with a stride of the turn.
-_ROOM = 3.0
+_ROOM = 2.0
+# Answers of the others that are taken in.
+_ANSWER = 3e-4
 # Circles that differ by less are a line; decrements below this are rounding.
 _LINE, _UNDAMPED = 1e-2, 1e-9
 _SEEN = ("line_rad_s", "forward", "backward", "axial", "inside")
@@ -85,7 +87,7 @@ def rotating_diagram(
         raise AnalysisError("speeds_rad_s must rise, and none be negative")
     periodic = rotating.periodic
     fastest = _fastest(periodic, float(speeds.max()), branch_count)
-    basis = search_basis(periodic, fastest, float(speeds.max()))
+    basis = search_basis(periodic, fastest, float(speeds.max()), _ANSWER)
     turning = PeriodicMotions(periodic, basis, fastest) if periodic.stride else None
     states = [_motions(periodic, float(speed), turning) for speed in speeds]
     order = np.argsort(np.abs(states[0].values))
@@ -213,9 +215,9 @@ def _lines(
         circles[:, np.arange(len(every)) != -first] = 0.0
     # x + iy of a circle e^{irt} turns about +z where r > 0
     ahead = rate * rotating.sense >= 0.0
-    sides = (np.where(ahead, circles[k], circles[1 - k]) for k in (0, 1))
+    turned = [np.where(ahead, circles[k], circles[1 - k]) for k in (0, 1)]
     total, energy = float(circles.sum()) or 1.0, float(inside.sum()) or 1.0
-    shares = [part / total for part in (*sides, circles[2])]
+    shares = [part / total for part in (*turned, circles[2])]
     found = np.array([np.abs(rate), *shares, inside / energy])
     return found[:, np.isin(every, multiples)]
 

@@ -61,6 +61,11 @@ class Resonance:
         """Sum of the error estimates, relative."""
         return float(sum(self.errors.values()))
 
+    @property
+    def is_estimated(self) -> bool:
+        """Whether a body tells what it left out."""
+        return bool(self.errors.keys() - {"harmonics"})
+
 
 def critical_speeds(rotating: RotatingSystem, low: float, high: float) -> tuple[Resonance, ...]:
     """Return the speeds at which loads fixed to the body, as unbalance, are in resonance."""
@@ -97,7 +102,7 @@ def resonances(
     `loads`: (n, k) by harmonic. `speeds_rad_s`: lowest and highest speed of the frame, above 0.
     """
     low, high = speeds_rad_s
-    periodic = held_where_free(rotating.periodic, high)
+    periodic = held_where_free(rotating, high)
     rotating = replace(rotating, periodic=periodic)
     stride = periodic.stride
     offsets = sorted({h % stride for h in loads}) if stride else sorted(loads)

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy.linalg as la
 
+from solidwhirl.rotordyn.assembly.coordinates import seat_motion
 from solidwhirl.rotordyn.assembly.parts import Bearing, End
 from solidwhirl.rotordyn.asymmetric.assembly import RotatingSystem
 from solidwhirl.rotordyn.asymmetric.hill import hill_block
@@ -24,6 +25,8 @@ _SMALL, _ORDER = 1e-7, 16
 # What stiffness does to free motions, relative to others; and how far above the speed these are
 # held.
 _FREE, _FAR_ABOVE = 1e-7, 100.0
+# Motions of an interface across the axis, ux, uy, rx, ry, and along and about it, uz and rz.
+_ACROSS, _ALONG = (0, 1, 3, 4), (2, 5)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -113,25 +116,36 @@ def _expanded(periodic: PeriodicSystem, speed: float, given: Harmonics, offset: 
     return dict(zip((h for g in groups for h in g), every, strict=True))
 
 
-def held_where_free(periodic: PeriodicSystem, speed_rad_s: float) -> PeriodicSystem:
-    """Return a system whose free motions, on which no stiffness acts at any speed, are held.
+def held_where_free(rotating: RotatingSystem, speed_rad_s: float) -> PeriodicSystem:
+    """Return the matrices of an engine whose free motions along and about the axis are held.
 
-    A shaft that may turn about its axis or slide along it has no answer to a steady load there. The
-    stiffness puts their frequency far above `speed_rad_s`, the highest that is looked at.
+    A shaft that may turn about its axis or slide along it, where no stiffness acts at rest, has no
+    answer to a steady load there; the drive keeps its speed. A stiffness on their mean at the
+    interfaces puts their frequencies far above `speed_rad_s`, the highest that is looked at.
     """
-    acting = [t.matrix for t in periodic.stiffness]
-    for _, motion in periodic.laws:
-        acting += [part.T @ part for part in motion.values()]
+    periodic = rotating.periodic
     root = np.sqrt(np.diag(periodic.mass))
-    rows = np.vstack([m for a in acting for m in ((a / root).real, (a / root).imag)])
+    acting = [t.matrix / root for t in periodic.stiffness if t.power == 0]
+    for _, motion in periodic.laws:
+        acting += [part / root for part in motion.values()]
+    seats = [
+        seat_motion(rotating, End(body=name, interface=node.name))
+        for name, rotor in rotating.system.rotors.items()
+        for node in rotor.element.interfaces
+    ]
+    acting += [seat[list(_ACROSS)] / root for seat in seats]
+    rows = np.vstack([m for a in acting for m in (a.real, a.imag)])
     sizes = np.abs(rows).max(axis=1, initial=0.0)
     rows = rows[sizes > 0.0] / sizes[sizes > 0.0, None]
     _, values, vectors = la.svd(rows, full_matrices=True)
     rank = int((values > _FREE * values.max(initial=0.0)).sum())
     if rank == periodic.size:
         return periodic
-    momentum = periodic.mass @ (vectors[rank:].T / root[:, None])
-    held = (_FAR_ABOVE * speed_rad_s) ** 2 * momentum @ momentum.T
+    free = vectors[rank:].T / root[:, None]
+    along = np.vstack([seat[list(_ALONG)] for seat in seats])
+    mean = la.solve(free.T @ along.T @ along @ free, free.T @ along.T @ along)
+    inertia = free.T @ periodic.mass @ free
+    held = (_FAR_ABOVE * speed_rad_s) ** 2 * mean.T @ inertia @ mean
     return replace(periodic, stiffness=(*periodic.stiffness, Term(0, 0, held)))
 
 
@@ -158,7 +172,7 @@ def steady_response(
     load at unit speed that turns with the frame, (n,), as of `own_unbalance`.
     """
     speeds = np.atleast_1d(np.asarray(speeds_rad_s, dtype=float))
-    periodic = held_where_free(rotating.periodic, float(speeds.max(initial=1.0)))
+    periodic = held_where_free(rotating, float(speeds.max(initial=1.0)))
     nodes = tuple(
         End(body=name, interface=node.name)
         for name, rotor in rotating.system.rotors.items()
@@ -220,8 +234,8 @@ def _amplitudes(parts: Harmonics, top: int) -> ComplexArray:
     return out
 
 
-def speeds_with(speeds: Sequence[float], places: Sequence[float]) -> FloatArray:
+def speeds_with(speeds: npt.ArrayLike, places: Sequence[float]) -> FloatArray:
     """Return speeds with others put among them, rising."""
-    low, high = min(speeds), max(speeds)
-    inside = [p for p in places if low <= p <= high]
-    return np.unique(np.concatenate([np.asarray(speeds, dtype=float), inside]))
+    given = np.asarray(speeds, dtype=float)
+    inside = [p for p in places if given.min() <= p <= given.max()]
+    return np.asarray(np.unique(np.concatenate([given, inside])))

@@ -158,7 +158,7 @@ def _start(plan: _Plan, how: RunSettings) -> FloatArray:
         return np.zeros(2 * system.size)
     if speed:
         loads = {h: system.root.T @ part[:, 0] for h, part in weight.items()}
-        held = held_where_free(plan.rotating.periodic, abs(speed))
+        held = held_where_free(plan.rotating, abs(speed))
         found = steady_motion(held, speed, loads)
         place = np.sum(list(found.values()), axis=0).real
         rate = np.sum([1j * h * speed * part for h, part in found.items()], axis=0).real

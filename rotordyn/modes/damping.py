@@ -55,10 +55,10 @@ DEFAULT_RULE = DampingRule()
 def damping_ratio(eigenvalues: ComplexArray) -> FloatArray:
     """Return ζ = −Re λ / |λ|, exactly 0 where the real part is rounding.
 
-    `eigenvalues`: λ in 1/s, any shape, not zero.
+    `eigenvalues`: λ in 1/s, any shape; 0 for λ = 0.
     """
     values = np.asarray(eigenvalues)
-    size = np.abs(values)
+    size = np.where(values == 0.0, 1.0, np.abs(values))
     return np.where(np.abs(values.real) <= ROUNDING * size, 0.0, -values.real / size)
 
 

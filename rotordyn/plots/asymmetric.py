@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray
 from solidwhirl.rotordyn.plots import chart as charts
 
 # Widths of lines by their part of the motion; those with less are not drawn.
@@ -70,7 +70,7 @@ def lines_chart(
     )
 
 
-def _whirls(lines: FrequencyLines, whirl: str) -> FloatArray:
+def _whirls(lines: FrequencyLines, whirl: str) -> BoolArray:
     """Where circles of a line turn one way, or neither."""
     part = np.divide(lines.forward, lines.share, out=np.full_like(lines.share, 0.5),
                      where=lines.share > 0)  # fmt: skip
@@ -80,7 +80,7 @@ def _whirls(lines: FrequencyLines, whirl: str) -> FloatArray:
 
 
 def _curves(
-    lines: FrequencyLines, shown: FloatArray, whirl: str, least: float, width: float
+    lines: FrequencyLines, shown: BoolArray, whirl: str, least: float, width: float
 ) -> list[charts.Part]:
     """One curve through all pieces of lines of a kind, with gaps between them."""
     x, y, texts = [], [], []

@@ -12,11 +12,18 @@ import numpy as np
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.core.arrays import FloatArray, cross_matrix
+from solidwhirl.rotordyn.superelement.mass_moments import projected_moments, rigid_motion_moments
 from solidwhirl.rotordyn.superelement.record import Superelement
-from solidwhirl.rotordyn.superelement.rigid_body import RIGID_TURN, rigid_body_mass_matrix
+from solidwhirl.rotordyn.superelement.rigid_body import (
+    RIGID_TURN,
+    interface_motion,
+    rigid_body_mass_matrix,
+)
 
 ELASTIC_LIMIT = 1e-9
 CENTRIFUGAL_LIMIT = 1e-6
+# Rigid motion that turns a body about its axis.
+_ABOUT_AXIS = 5
 
 
 class FreeBodyMatrices(NamedTuple):
@@ -63,7 +70,8 @@ def rigid_centrifugal_energy(element: Superelement) -> float:
     geometric = modes.T @ element.stress_stiffening @ modes
     softening = modes.T @ element.spin_softening @ modes
     size = max(float(np.abs(geometric).max()), float(np.abs(softening).max()))
-    missed = geometric - softening - _expected_energy(element) / np.sqrt(np.outer(kinetic, kinetic))
+    known = modes.T @ rigid_centrifugal(element) / np.sqrt(kinetic)
+    missed = geometric - softening - known
     return float(np.abs(missed).max()) / size if size > 0 else 0.0
 
 
@@ -72,7 +80,9 @@ def rigid_centrifugal(element: Superelement) -> FloatArray:
 
     A motion that stands still in space needs no force. In the inertial frame that is q = R c, in
     the rotating one q = R e^{−ΩtT} c with the turn T of rigid motions, so that there
-    (Kgeo − S) R = G R T − M R T².
+    (Kgeo − S) R = G R T − M R T² for a body that is balanced. The stress of any other is in
+    equilibrium with the centrifugal load less the inertia of the rigid motion that this would
+    cause; a tilt turns both.
     """
     present = element.rigid_body_present
     modes = element.rigid_body_modes
@@ -80,62 +90,43 @@ def rigid_centrifugal(element: Superelement) -> FloatArray:
         return np.zeros_like(modes[:, present])
     turned = modes @ RIGID_TURN
     found = element.gyroscopic @ turned - element.mass @ turned @ RIGID_TURN
+    found[:, 3:] -= _turned_relief(element)
     return np.asarray(found[:, present])
 
 
-def _expected_energy(element: Superelement) -> FloatArray:
-    """Rᵀ(Kgeo − S)R of the rigid motions present, (r, r).
-
-    The stress at speed is in equilibrium with the centrifugal load less the inertia of the rigid
-    motion that its resultants cause, by which an unbalanced body differs from `rigid_centrifugal`.
-    """
-    present = element.rigid_body_present
-    expected = element.rigid_body_modes[:, present].T @ rigid_centrifugal(element)
-    if element.frame == "inertial" or not element.spin_softening.any():
-        return expected
-    mass = _mass_without_disks(element)
+def _turned_relief(element: Superelement) -> FloatArray:
+    """∫ φ · θ × ρ (a + α × x) of tilts θ, (n, 3): a rigid motion takes up the centrifugal load."""
+    mass, simple, first = _without_disks(element)
     about = mass[3:, 3:]
     second = 0.5 * np.trace(about) * np.eye(3) - about  # ∫ρ x xᵀ
-    first = np.array([mass[1, 5], mass[2, 3], mass[0, 4]])  # ∫ρ x
-    pull = np.array([first[0], first[1], 0.0, -second[1, 2], second[0, 2], 0.0])
+    pull = np.array([mass[1, 5], mass[2, 3], 0.0, -second[1, 2], second[0, 2], 0.0])
     caused = np.linalg.solve(mass, pull)
-    # ∫ x bᵀ of the load b = ρ (a + α × x) that was taken off
-    lost = np.outer(first, caused[:3]) + second @ cross_matrix(caused[3:]).T
-    # what it does as it turns with the body, ∫ρ v·(φ × b), v of a shift and of a turn
-    change = np.zeros((6, 6))
-    change[:3, 3:] = -cross_matrix(pull[:3])
-    change[3:, 3:] = np.trace(lost) * np.eye(3) - lost.T
-    return np.asarray(expected - change[np.ix_(present, present)])
+    columns = []
+    for tilt in np.eye(3):
+        gradient = cross_matrix(tilt) @ cross_matrix(caused[3:])
+        columns.append(
+            np.cross(tilt, caused[:3]) @ simple + np.einsum("ba,abn->n", gradient, first)
+        )
+    return np.column_stack(columns)
 
 
-def _even_energy(element: Superelement, counted: FloatArray) -> FloatArray:
-    """Rᵀ(Kgeo − S)R of the rigid motions present as an energy has it, (r, r).
-
-    `counted`: the same by `rigid_centrifugal`. They differ by the unbalance, which would turn with
-    the body: a shift gives it no work, and in a turn about the axis it goes along.
-    """
-    present = np.flatnonzero(element.rigid_body_present)
-    out = 0.5 * (counted + counted.T)
-    shifts, turns = np.flatnonzero(present < 3), np.flatnonzero(present >= 3)
-    out[np.ix_(shifts, turns)] = counted[np.ix_(turns, shifts)].T
-    out[np.ix_(turns, shifts)] = counted[np.ix_(turns, shifts)]
-    about = present == 5
-    out[about] = out[:, about] = 0.0
-    return out
-
-
-def _mass_without_disks(element: Superelement) -> FloatArray:
-    """RᵀMR of a body about the origin, (6, 6), without rigid disks: these feel no stress."""
-    mass = rigid_body_mass_matrix(
-        element.mass_kg, element.center_of_gravity_m, element.inertia_kg_m2
-    )
+def _without_disks(element: Superelement) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """RᵀMR about the origin, ∫ φ dm and ∫ x φ dm of what has stress: rigid disks have none."""
+    moments = element.moments
+    assert moments is not None  # elements in the rotating frame have them
+    own = (element.mass_kg, element.center_of_gravity_m, element.inertia_kg_m2)
+    mass = rigid_body_mass_matrix(*own)
+    simple, first = moments.displacement_kg.copy(), moments.first_kg_m.copy()
     for disk in element.provenance.get("rigid_disks", ()):
         node = element.interface_node(disk["interface"])
         center = node.position_m + np.array([0.0, 0.0, disk["offset_m"]])
         across, about = disk["diametral_kg_m2"], disk["polar_kg_m2"]
-        inertia = np.diag([across, across, about])
-        mass = mass - rigid_body_mass_matrix(disk["mass_kg"], center, inertia)
-    return mass
+        ring = (disk["mass_kg"], center, np.diag([across, across, about]))
+        placed = interface_motion(element, node.name)
+        lost = projected_moments(rigid_motion_moments(*ring, node.position_m), placed)
+        mass = mass - rigid_body_mass_matrix(*ring)
+        simple, first = simple - lost.displacement_kg, first - lost.first_kg_m
+    return mass, simple, first
 
 
 def free_body_problems(element: Superelement) -> tuple[str, ...]:
@@ -162,8 +153,8 @@ def free_body_matrices(element: Superelement) -> FreeBodyMatrices:
 
     `element`: the body, without `free_body_problems`. Returns K and Kgeo − S projected on the
     motions that are M-orthogonal to the rigid ones, where K R = 0 and (Kgeo − S) R is
-    `rigid_centrifugal`; (Kgeo − S) R keeps a mesh error in solids. An unbalanced body keeps the
-    energy of its centrifugal forces, see `_even_energy`.
+    `rigid_centrifugal`, which keeps a mesh error in solids. In a turn about the axis it is 0:
+    centrifugal load and reactions turn with the body.
     """
     modes = element.rigid_body_modes[:, element.rigid_body_present]
     momentum = element.mass @ modes
@@ -174,10 +165,11 @@ def free_body_matrices(element: Superelement) -> FreeBodyMatrices:
         projector -= modes @ onto
         centrifugal = projector.T @ centrifugal @ projector
         known = rigid_centrifugal(element)
+        turn = np.flatnonzero(element.rigid_body_present) == _ABOUT_AXIS
+        known -= onto[turn].T @ (modes[:, turn].T @ known)
+        known[:, turn] = 0.0
         both = known @ onto
-        counted = modes.T @ known
-        rest = counted + counted.T - _even_energy(element, counted)
-        centrifugal += both + both.T - onto.T @ rest @ onto
+        centrifugal += both + both.T - onto.T @ (modes.T @ known) @ onto
     return FreeBodyMatrices(
         mass=np.asarray(element.mass),
         stiffness=projector.T @ element.stiffness @ projector,

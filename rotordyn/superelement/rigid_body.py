@@ -126,12 +126,17 @@ def attach_rigid_disk(
     )
 
 
+def interface_motion(element: Superelement, interface: str) -> FloatArray:
+    """Return ux to rz of an interface in the coordinates of a body, (6, n); absent ones are 0."""
+    placed = np.zeros((6, element.size))
+    for component in element.components_at(interface):
+        placed[MOTIONS.index(component), element.interface_index(interface, component)] = 1.0
+    return placed
+
+
 def _with_ring(element: Superelement, interface: str, ring: MassProperties) -> Superelement:
     """Return a body with a rigid ring; its centre is given from the interface node."""
-    node, components = element.interface_node(interface), element.components_at(interface)
-    placed = np.zeros((6, element.size))
-    for component in components:
-        placed[MOTIONS.index(component), element.interface_index(interface, component)] = 1.0
+    node, placed = element.interface_node(interface), interface_motion(element, interface)
     center = node.position_m + ring.center_of_gravity_m
     body = MassProperties(element.mass_kg, element.center_of_gravity_m, element.inertia_kg_m2)
     whole = joined_mass_properties((body, ring._replace(center_of_gravity_m=center)))

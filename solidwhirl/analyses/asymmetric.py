@@ -19,6 +19,6 @@ def resonance_document(found: Resonance, frame_ratio: float) -> dict[str, Any]:
         "multiple": found.multiple,
         "share": found.share,
         "damping_ratio": found.damping_ratio,
-        "error_estimate": found.error if found.errors else None,
-        "error_parts": dict(found.errors),
+        "error_estimate": found.error if found.is_estimated else None,
+        "error_parts": dict(found.errors) if found.is_estimated else {},
     }

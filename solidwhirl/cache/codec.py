@@ -1,8 +1,8 @@
 """Frozen records as bytes and back, bit for bit, and fingerprints of them; no pickle.
 
 A record becomes JSON beside a list of raw blocks: arrays with their memory layout (BLAS adds up in
-another order where it is another), long lists of floats, bytes. Only frozen dataclasses of the
-packages that the reader names are made again, by their constructors, which check them.
+another order where it is another), long lists of floats, bytes. Only frozen dataclasses and named
+tuples of the packages that the reader names are made again, by their constructors.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import numpy as np
 _PLAIN = frozenset({type(None), bool, int, float, str})
 # Lists of floats from this length on become a block.
 _LONG = 8
-# A dataclass of a module: no private names, nothing nested, no `__main__`.
+# A record of a module: no private names, nothing nested, no `__main__`.
 _NAME = re.compile(r"([a-z][a-z0-9_]*(?:\.[a-z][a-z0-9_]*)*)\.([A-Za-z][A-Za-z0-9]*)")
 _DTYPE = re.compile(r"[<>|][biufcUS][1-9][0-9]{0,6}")
 _ALIGNMENT = 8
@@ -77,11 +77,10 @@ class _Packer:
         label = f"{kind.__module__}.{kind.__qualname__}"
         if self._packages is not None and _kind_of(label, self._packages) is not kind:
             raise CodecError(f"a {kind.__qualname__} can not be kept")
-        if dataclasses.is_dataclass(kind):
-            names = [f.name for f in dataclasses.fields(value) if f.init]
-        elif hasattr(kind, "model_fields"):  # pydantic
+        names = _names(kind)
+        if hasattr(kind, "model_fields"):  # pydantic
             names = list(kind.model_fields)
-        else:
+        if names is None:
             raise CodecError(f"a {kind.__qualname__} can not be kept")
         skipped = self._left_out.get(label, frozenset())
         return {"r": [label, {n: self.node(getattr(value, n)) for n in names if n not in skipped}]}
@@ -106,8 +105,15 @@ class _Packer:
         return len(self.blocks) - 1
 
 
+def _names(kind: Any) -> list[str] | None:
+    """Fields of a dataclass or of a named tuple; None: it is neither."""
+    if dataclasses.is_dataclass(kind):
+        return [f.name for f in dataclasses.fields(kind) if f.init]
+    return list(kind._fields) if hasattr(kind, "_fields") else None
+
+
 def _kind_of(label: str, packages: Set[str]) -> Any:
-    """The frozen dataclass of a name; None where there is none in the packages."""
+    """The frozen dataclass or named tuple of a name; None where the packages have none."""
     match = _NAME.fullmatch(label)
     if match is None or label.split(".")[0] not in packages:
         return None
@@ -116,7 +122,8 @@ def _kind_of(label: str, packages: Set[str]) -> Any:
     except ImportError:
         return None
     params = getattr(kind, "__dataclass_params__", None)
-    if not isinstance(kind, type) or params is None or not params.frozen:
+    is_frozen = hasattr(kind, "_fields") if params is None else params.frozen
+    if not isinstance(kind, type) or not is_frozen:
         return None
     return kind if f"{kind.__module__}.{kind.__qualname__}" == label else None
 
@@ -124,8 +131,8 @@ def _kind_of(label: str, packages: Set[str]) -> Any:
 def pack(value: Any, packages: Set[str] = PACKAGES) -> list[Block]:
     """Return a value as pieces of bytes that belong one after the other.
 
-    `value`: frozen dataclasses of the packages, tuples, lists, mappings, arrays, numbers, texts,
-    bytes, None, nested as they like.
+    `value`: frozen dataclasses and named tuples of the packages, tuples, lists, mappings, arrays,
+    numbers, texts, bytes, None, nested as they like.
     Raises CodecError: something else occurs in it.
     """
     head, blocks = _pieces(value, _Packer(packages, {}))
@@ -234,6 +241,6 @@ class _Reader:
         kind = _kind_of(name, self._packages)
         if kind is None:
             raise CodecError(f"it holds a record {name!r}, which is none of this program")
-        if set(fields) != {f.name for f in dataclasses.fields(kind) if f.init}:
+        if set(fields) != set(_names(kind) or ()):
             raise CodecError(f"a record {name!r} of it has other fields")
         return kind(**{k: self.value(v) for k, v in fields.items()})

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -30,30 +30,35 @@ def critical_speed_entry(estimates: Estimates, index: int) -> dict[str, Any]:
     }
 
 
+class Unestimated(NamedTuple):
+    """Bodies that tell nothing of what they left out, and given meshes with no other to compare."""
+
+    bodies: tuple[str, ...] = ()
+    meshes: tuple[str, ...] = ()
+
+
 def accuracy_document(
     scene: Scene,
-    estimates: Estimates | None,
+    largest: float,
+    without: Unestimated,
     rounds: tuple[Round, ...],
     checks: Sequence[Invariant] = (),
 ) -> dict[str, Any]:
     """What was asked, what was got, and how.
 
-    `estimates`: None where the scene has them off; `rounds`: of the adaptive refinement; `checks`:
-    of the run: where one fails, an estimate of the same numbers says nothing.
+    `largest`: error estimate of what counts, nan where there is none; `without`: what is not in it;
+    `rounds`: of the adaptive refinement; `checks`: of the run: where one fails, an estimate of the
+    same numbers says nothing.
     """
     failed = sum(check.passed is False for check in checks)
-    achieved = np.nan if estimates is None else estimates.largest
-    given = [] if estimates is None else _given_meshes(scene, estimates)
     return {
         "asked": scene.model.accuracy,
-        "largest_error_estimate": achieved,
-        "met": _met(achieved, scene.model.accuracy, known=not given and not failed),
+        "largest_error_estimate": largest,
+        "met": _met(largest, scene.model.accuracy, known=not without.meshes and not failed),
         "failed_checks": failed,
         "not_summed": "interface_coupling: a choice of the model, not an approximation",
-        "bodies_without_estimate": []
-        if estimates is None
-        else list(estimates.campbell.bodies_without_estimate),
-        "meshes_without_estimate": given,
+        "bodies_without_estimate": list(without.bodies),
+        "meshes_without_estimate": list(without.meshes),
         "bodies_of_several_materials": several_materials(scene),
         "rounds": [
             {
@@ -137,17 +142,6 @@ def materials_text(names: Sequence[str]) -> str:
         "bodies, and where they join stresses can be more singular than it takes them to be; "
         "compare with a finer accuracy"
     )
-
-
-def _given_meshes(scene: Scene, estimates: Estimates) -> list[str]:
-    """Bodies whose mesh was given, and could not be compared with another one."""
-    compared = {
-        name
-        for pair in estimates.comparisons
-        if pair.part == "mesh"
-        for name in pair.second_elements
-    }
-    return [name for name in scene.mesh_bodies if name not in compared]
 
 
 def _met(achieved: float, asked: float, *, known: bool) -> bool | None:

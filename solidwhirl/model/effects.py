@@ -11,12 +11,12 @@ from dataclasses import replace
 import numpy as np
 
 from solidwhirl.analyses.registry import KINDS
-from solidwhirl.core.errors import SceneError
 from solidwhirl.geometry import Body
 from solidwhirl.meshing.imported.records import MeshedBody
 from solidwhirl.model.mesh_bodies import base_plan, build_mesh_bodies, is_asymmetric, mesh_plan
 from solidwhirl.model.plan_records import BodyPlan, Effect, Plan
 from solidwhirl.model.resolution import choose_resolution
+from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
 from solidwhirl.scene.joints import BearingSpec
 from solidwhirl.scene.records import Scene
@@ -37,9 +37,8 @@ def make_plan(scene: Scene, bodies: Mapping[str, Body], level: str | None = None
     the scene's "auto" (see `solidwhirl.bodies.fidelity`), of bodies without features.
     """
     mesh_bodies = build_mesh_bodies(scene)
-    asymmetric: dict[str, Body | MeshedBody] = {
-        n: b for n, b in {**bodies, **mesh_bodies}.items() if is_asymmetric(b)
-    }
+    every: dict[str, Body | MeshedBody] = {**bodies, **mesh_bodies}
+    asymmetric = {name: body for name, body in every.items() if is_asymmetric(body)}
     _refuse_kinds(scene, list(asymmetric))
     speeds = scene_speeds(scene)
     fastest = top_speed(scene)
@@ -258,7 +257,7 @@ def _kept(scene: Scene) -> str:
 def _refuse_kinds(scene: Scene, asymmetric: list[str]) -> None:
     """Refuse analyses that are for other bodies than those of the scene.
 
-    Raises SceneError.
+    Raises AnalysisError.
     """
     wanted = "asymmetric" if asymmetric else "even"
     for k, analysis in enumerate(scene.analyses):
@@ -266,16 +265,16 @@ def _refuse_kinds(scene: Scene, asymmetric: list[str]) -> None:
             continue
         where = f"analyses[{k}].kind: {analysis.kind!r} is"
         if not asymmetric:
-            raise SceneError(
+            raise AnalysisError(
                 f"{where} for bodies that bend unlike in two planes; here all are the same in all "
                 'directions: take "unbalance_response"'
             )
         known = sorted(kind for kind, spec in KINDS.items() if spec.of_bodies != "even")
-        raise SceneError(
+        raise AnalysisError(
             f"{where} for bodies that are the same in all directions, and {', '.join(asymmetric)} "
             f"bend unlike in two planes: in fixed axes their matrices change with the angle; "
-            f"allowed are {', '.join(known)} (critical speeds, unstable ranges and diagrams in both "
-            "frames are in every run)"
+            f"allowed are {', '.join(known)} (every run has critical speeds, unstable ranges "
+            "and diagrams in both frames)"
         )
 
 

@@ -153,10 +153,10 @@ def _named(name: str) -> Iterator[None]:
 def _built(scene: Scene, name: str, spec: MeshBodySpec) -> MeshedBody:
     with _named(name):
         request = _request(spec, scene_materials(scene))
-        if request.shape == "round" and spec.symmetry == "auto" and request.step is None:
-            # the mesh tells; that of a geometry is not known yet
-            if not is_round(_mesh(request, name)):
-                request = replace(request, shape="asymmetric")
+        # the mesh tells; that of a geometry is not known yet
+        is_open = request.shape == "round" and spec.symmetry == "auto" and request.step is None
+        if is_open and not is_round(_mesh(request, name)):
+            request = replace(request, shape="asymmetric")
         disks = tuple(RigidDisk(**d.model_dump()) for d in spec.rigid_disks)
         return _body(name, request, disks)
 

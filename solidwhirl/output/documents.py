@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
@@ -19,7 +20,12 @@ from solidwhirl.core.plain_data import plain_data
 from solidwhirl.core.stages import silent
 from solidwhirl.core.versions import package_versions
 from solidwhirl.cost.forecast import forecast_document
-from solidwhirl.estimates.documents import accuracy_document, critical_speed_entry, with_estimate
+from solidwhirl.estimates.documents import (
+    Unestimated,
+    accuracy_document,
+    critical_speed_entry,
+    with_estimate,
+)
 from solidwhirl.estimates.results import Estimates
 from solidwhirl.files.run_folder import claimed, replacing_files, reserve
 from solidwhirl.meshing import write_gmsh, write_vtu
@@ -31,7 +37,7 @@ from solidwhirl.model.resolution import Resolution
 from solidwhirl.output.report import report_text
 from solidwhirl.page.frame.records import Run
 from solidwhirl.page.sections import write_report
-from solidwhirl.pipeline.asymmetry import asymmetry_document
+from solidwhirl.pipeline.asymmetry import Asymmetry, asymmetry_document
 from solidwhirl.pipeline.cached_stages import StageCache
 from solidwhirl.pipeline.run import ExcitedCriticalSpeed, Results
 from solidwhirl.pipeline.verdict import verdict_document
@@ -39,6 +45,7 @@ from solidwhirl.rotordyn import Superelement, draw_campbell, write_superelement
 from solidwhirl.rotordyn.assembly.bearing_notes import note_lines
 from solidwhirl.rotordyn.campbell.branch_numbers import branch_numbers, branch_prints, shape_print
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
+from solidwhirl.rotordyn.estimates.eigenvalue_errors import bodies_without_forms
 from solidwhirl.rotordyn.modes.whirl import Excitation, unbalance_excitation
 from solidwhirl.rotordyn.plots.errors import draw_campbell_errors, draw_critical_speed_errors
 from solidwhirl.rotordyn.storage.sidecar import superelement_document
@@ -55,7 +62,7 @@ _SAME_FREQUENCY = 1e-6
 
 def results_document(results: Results) -> dict[str, Any]:
     """Everything that `results.json` holds; units are in the keys, absent values are null."""
-    scene, diagram = results.scene, results.campbell
+    scene = results.scene
     numbers = _numbers(results)
     document = {
         "schema": SCHEMA,
@@ -73,7 +80,13 @@ def results_document(results: Results) -> dict[str, Any]:
             else {**_body(element), "inertia_kg_m2": np.asarray(element.inertia_kg_m2).tolist()}
             for name, element in results.elements.items()
         },
-        "accuracy": accuracy_document(scene, results.estimates, results.rounds, results.checks),
+        "accuracy": accuracy_document(
+            scene,
+            results.largest_error,
+            _without_estimate(results),
+            results.rounds,
+            results.checks,
+        ),
         "modes_at_rest": {
             "frequency_hz": results.at_rest.frequency_hz.tolist(),
             "branch": [int(k) or None for k in numbers],
@@ -92,7 +105,7 @@ def results_document(results: Results) -> dict[str, Any]:
     }
     if results.asymmetry is not None:
         document["asymmetry"] = asymmetry_document(results.asymmetry)
-        _put_errors(document)
+        _put_errors(document, results.asymmetry)
     if results.stages:
         document["stages"] = dict(results.stages)
     if results.estimates is not None:
@@ -117,13 +130,28 @@ def _numbers(results: Results) -> list[int]:
     return found
 
 
-def _put_errors(document: dict[str, Any]) -> None:
+def _without_estimate(results: Results) -> Unestimated:
+    """Bodies, and meshes that were given, that are not in the largest error estimate."""
+    meshes = results.scene.mesh_bodies
+    if results.estimates is not None:
+        compared = (p.second_elements for p in results.estimates.comparisons if p.part == "mesh")
+        seen = {name for elements in compared for name in elements}
+        bodies = results.estimates.campbell.bodies_without_estimate
+    elif math.isnan(results.largest_error):
+        return Unestimated()
+    else:
+        forms = {n: {f.part for f in e.error_forms} for n, e in results.elements.items()}
+        seen = {name for name, parts in forms.items() if "mesh" in parts}
+        bodies = bodies_without_forms(results.system)
+    return Unestimated(bodies=bodies, meshes=tuple(name for name in meshes if name not in seen))
+
+
+def _put_errors(document: dict[str, Any], found: Asymmetry) -> None:
     """Put the error estimates beside the critical speeds of an asymmetric engine."""
-    lateral = [c for c in document["asymmetry"]["critical_speeds"] if c["motion"] == "lateral"]
-    for entry, found in zip(document["critical_speeds"], lateral, strict=True):
-        if found["error_estimate"] is not None:
-            entry["frequency_error_estimate"] = found["error_estimate"]
-            entry["frequency_error_parts"] = found["error_parts"]
+    for entry, one in zip(document["critical_speeds"], found.lateral, strict=True):
+        if one.is_estimated:
+            entry["frequency_error_estimate"] = one.error
+            entry["error_parts"] = dict(one.errors)
 
 
 def _campbell(results: Results) -> dict[str, Any]:

@@ -27,18 +27,20 @@ from solidwhirl.rotordyn.asymmetric.resonances import (
 from solidwhirl.rotordyn.asymmetric.response import held_where_free
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
+from solidwhirl.rotordyn.modes.damping import DampingRule
 from solidwhirl.rotordyn.stability.intervals import UnstableInterval
 from solidwhirl.rotordyn.superelement.invariants import Invariant, compared
 
 # Part of the highest speed from which on unstable ranges are searched: the slower the turn, the
 # higher the order of what could meet, and the narrower its range.
 _SLOWEST = 0.05
-# Growth by Hill's method and by multipliers, relative to the larger, or to this part of the speed:
-# the multipliers are those of motions up to twice the fastest change of the matrices.
-_SAME_GROWTH, _NO_GROWTH = 1e-4, 1e-9
+# Growth by Hill's method and by multipliers, relative to it, or to this part of the speed: the
+# multipliers are those of motions up to twice the fastest change of the matrices, the others bend
+# as springs [2.1e-3, two_bladed_fan; 3e-10 where all motions are taken].
+_SAME_GROWTH, _NO_GROWTH = 1e-2, 1e-3
 # Part of a matrix of velocities that is symmetric, below which that is rounding.
 _EVEN_PART = 1e-12
-# Logarithmic decrements below this are rounding.
+# Damping ratio of a resonance below which it is rounding of a root without damping.
 _UNDAMPED = 1e-9
 
 
@@ -60,6 +62,16 @@ class Asymmetry:
     #: Ranges that there would be without damping
     closed: tuple[UnstableRange, ...]
     departures: Mapping[str, Departure]
+
+    @property
+    def lateral(self) -> tuple[Resonance, ...]:
+        """Critical speeds of lateral motion."""
+        return tuple(one for one in self.critical if one.motion == "lateral")
+
+    def largest_error(self, rule: DampingRule) -> float:
+        """Largest error estimate of the resonances of lateral motion that count, nan without."""
+        errors = [one.error for one in (*self.critical, *self.gravity) if _counts(one, rule)]
+        return max(errors, default=float("nan"))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,7 +127,7 @@ def asymmetry_of(
     span = (max(_SLOWEST * top, float(speeds.min())), top)
     turns = top > 0.0
     # the drive keeps the speed, whatever torsion does
-    driven = held_where_free(rotating.periodic, max(top, 1.0))
+    driven = held_where_free(rotating, max(top, 1.0))
     return Asymmetry(
         frame_ratio=rotating.frame_ratio,
         periods_per_turn=rotating.periodic.stride,
@@ -158,16 +170,21 @@ def critical_records(found: Asymmetry) -> tuple[CriticalSpeed, ...]:
             frequency_hz=one.speed_rad_s / (2.0 * np.pi),
             whirl="forward" if one.multiple > 0 else "backward",
             shape=np.zeros(0, dtype=complex),
-            log_decrement=_rounded(2.0 * np.pi * one.damping_ratio),
+            log_decrement=_log_decrement(one),
         )
-        for one in found.critical
-        if one.motion == "lateral"
+        for one in found.lateral
     )
 
 
-def _rounded(decrement: float) -> float:
-    """A decrement, 0 where it is rounding: at the ends of a range that nothing damps."""
-    return decrement if abs(decrement) > _UNDAMPED else 0.0
+def _log_decrement(one: Resonance) -> float:
+    ratio = one.damping_ratio
+    return 2.0 * np.pi * ratio / np.sqrt(1.0 - ratio**2) if ratio > _UNDAMPED else 0.0
+
+
+def _counts(one: Resonance, rule: DampingRule) -> bool:
+    """Whether a resonance is one of lateral motion, with errors, that is not critically damped."""
+    limit = 0.5 / rule.amplification_min if rule.amplification_min > 0 else np.inf
+    return one.motion == "lateral" and one.damping_ratio <= limit and one.is_estimated
 
 
 def stability_in_ranges(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -74,6 +75,21 @@ class Results:
         return operating_speeds(self.scene)
 
     @cached_property
+    def largest_error(self) -> float:
+        """Largest error estimate of what counts, nan without one.
+
+        With asymmetric bodies that of their resonances; where none is in the range of speeds, of
+        the modes at rest that the refinement looked at.
+        """
+        if self.estimates is not None:
+            return self.estimates.largest
+        if self.asymmetry is None or self.scene.model.estimates == "off":
+            return math.nan
+        found = self.asymmetry.largest_error(self.scene.criteria.rule)
+        kept = [r.estimate for r in self.rounds if r.kept]
+        return kept[0] if math.isnan(found) and kept else found
+
+    @cached_property
     def alarms(self) -> tuple[Alarm, ...]:
         """Instability, and what operates or was computed where the system is unstable."""
         documents = {name: {"kind": o.kind, **o.document} for name, o in self.analyses.items()}
@@ -113,9 +129,9 @@ def _head(results: Results) -> str:
 def _summary(results: Results) -> Iterator[tuple[str, str]]:
     bodies = ", ".join(counted([f"{n} ({e.level})" for n, e in results.elements.items()]))
     yield "bodies", f"{bodies}; {results.system.size} coordinates"
-    if results.estimates is not None:
+    if not math.isnan(results.largest_error):
         asked = percent(results.scene.model.accuracy)
-        yield "largest error estimate", f"{percent(results.estimates.largest)}, asked {asked}"
+        yield "largest error estimate", f"{percent(results.largest_error)}, asked {asked}"
     bad = [check.name for check in failed(results.checks)]
     names = f": {', '.join(counted(bad))}" if bad else ""
     yield "checks", f"{checks_line(results.checks)}{names}"
@@ -129,6 +145,9 @@ def _critical_rows(results: Results) -> list[Critical]:
     errors = ["not estimated"] * count
     if results.estimates is not None:
         errors = [percent(float(e)) for e in results.estimates.critical_speeds.total[:count]]
+    elif results.asymmetry is not None:
+        found = results.asymmetry.lateral
+        errors = [percent(r.error) if r.is_estimated else "not estimated" for r in found]
     return [
         (f"{c.speed_rad_s * RPM_PER_RAD_S:.1f}", f"{c.frequency_hz:.2f}", c.whirl, error)
         for c, error in zip((f.critical for f in results.critical_speeds), errors, strict=True)

@@ -31,7 +31,8 @@ def verdict_document(
     `document`: the contents of `results.json` but for the verdict. `operating`: from
     `operating_speeds`.
 
-    Critical speeds are those that count, with amplification and margin. `margins.passed` is None
+    Critical speeds are those that count, with amplification and margin. `gravity_critical_speeds`
+    is None where no body bends unlike in two planes. `margins.passed` is None
     without an analysis of margins. `vibration` has, of each observed place of each unbalance
     response, the largest amplitude within the operating speeds and over the sweep.
     `coupling_effect` is the relative change of the critical speeds and modes that count by the
@@ -45,16 +46,23 @@ def verdict_document(
         "unstable_intervals": [interval_document(i) for i in stability.intervals],
         "at_operating": list(stability.at_operating),
         "critical_speeds": list(_critical_speeds(document, operating)),
+        "gravity_critical_speeds": _gravity_critical_speeds(document),
         "margins": _margins(document["analyses"]),
         "vibration": list(_vibration(document["analyses"], operating)),
         "accuracy": {
             **{key: accuracy[key] for key in ("asked", "largest_error_estimate", "met")},
-            "covers": "frequencies of the Campbell diagram and critical speeds, of modes that are "
-            "not critically damped; discretisation alone, neither the input nor the coupling",
+            "covers": f"{_covered(document)}, of modes that are not critically damped; "
+            "discretisation alone, neither the input nor the coupling",
         },
         "coupling_effect": coupling_effect(document),
         "alarms": [asdict(alarm) for alarm in alarms],
     }
+
+
+def _covered(document: Mapping[str, Any]) -> str:
+    if "asymmetry" in document:
+        return "critical speeds and gravity critical speeds"
+    return "frequencies of the Campbell diagram and critical speeds"
 
 
 def _critical_speeds(
@@ -68,6 +76,16 @@ def _critical_speeds(
             "margin": None if margin is None else margin[0],
             "margin_of": None if margin is None else margin[1],
         }
+
+
+def _gravity_critical_speeds(document: Mapping[str, Any]) -> list[dict[str, Any]] | None:
+    """Those of lateral motion; None where all bodies are the same in all directions."""
+    found = document.get("asymmetry")
+    if found is None:
+        return None
+    keys = ("speed_rpm", "damping_ratio", "error_estimate")
+    own = [r for r in found["gravity_critical_speeds"] if r["motion"] == "lateral"]
+    return [{key: r[key] for key in keys} for r in own]
 
 
 def _margins(analyses: Mapping[str, Any]) -> dict[str, Any]:

@@ -42,6 +42,7 @@ def answers(document: Mapping[str, Any]) -> tuple[Answer, ...]:
         _stability(verdict),
         *_damping(verdict["at_operating"]),
         _critical_speeds(verdict),
+        *_gravity_critical_speeds(verdict.get("gravity_critical_speeds")),
         *_margins(verdict["margins"]),
         *_vibration(verdict["vibration"]),
         _accuracy(verdict["accuracy"]),
@@ -122,6 +123,15 @@ def _critical_speeds(verdict: Mapping[str, Any]) -> Answer:
         which = "nearest" if near[0]["margin"] is not None else "lowest"
         text = f"{len(found)} that unbalance excites; {which}: {text}"
     return Answer("Critical speeds (AF: amplification factor)", text)
+
+
+def _gravity_critical_speeds(found: Sequence[Mapping[str, Any]] | None) -> Iterator[Answer]:
+    """Yield the speeds at which the weight is in resonance, where a body is asymmetric."""
+    if found is None:
+        return
+    listed = "; ".join(rpm_text(one["speed_rpm"]) for one in found[:_MOST])
+    more = f", and {len(found) - _MOST} more" if len(found) > _MOST else ""
+    yield Answer("Gravity critical speeds", f"{listed}{more}" or "none in the speed range")
 
 
 def _margins(found: Mapping[str, Any]) -> Iterator[Answer]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import struct
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -25,6 +26,11 @@ class Leaf:
 class Tree:
     leaves: tuple
     about: object = None
+
+
+class Pair(NamedTuple):
+    name: str
+    value: object
 
 
 OWN = frozenset({__name__.split(".")[0]})
@@ -89,6 +95,7 @@ values = st.recursive(
         st.dictionaries(st.text(max_size=3), inner, max_size=3),
         st.dictionaries(st.integers() | st.tuples(st.integers()), inner, max_size=2),
         st.builds(Leaf, name=st.text(max_size=3), values=inner),
+        st.builds(Pair, name=st.text(max_size=3), value=inner),
         st.builds(Tree, leaves=st.lists(inner, max_size=2).map(tuple), about=inner),
     ),
     max_leaves=8,

@@ -129,8 +129,8 @@ def resonances_table(found: Mapping[str, Any]) -> Table:
         head=["load", "speed [rpm]", "motion", "mostly seen at", "damping ratio [1]", "error"],
         rows=rows,
         title="Speeds at which loads that keep step with the turn are in resonance",
-        caption="Unbalance and bow turn with the body. Weight turns backward in it: about half of "
-        "the critical speeds it shakes the shaft twice per turn. Multiples are those of fixed "
+        caption="Unbalance and bow turn with the body. Weight turns backward in it: at about half "
+        "of the critical speeds it shakes the shaft twice per turn. Multiples are those of fixed "
         "axes; negative ones turn backward. The error is relative.",
     )
 

@@ -67,17 +67,29 @@ def accuracy_blocks(document: Mapping[str, Any]) -> Iterator[Block]:
     yield Text(text="\n".join(lines))
     given = found.get("meshes_without_estimate", ())
     later = [n for n, b in document["bodies"].items() if b.get("source") and n not in given]
-    parts = document["campbell"].get("error_parts", {})
+    parts = _error_parts(document)
     remarks = {"interface_coupling": "a choice of the model, not summed"}
     rows = [(p.replace("_", " "), _largest(v), remarks.get(p, "")) for p, v in parts.items()]
     if rows:
         yield Table(
             title="Where the error comes from",
-            head=("part", "largest of all branches and speeds", ""),
+            head=("part", "largest of all speeds", ""),
             rows=rows,
         )
     if found["rounds"] and (len(found["rounds"]) > 1 or later):
         yield _rounds(found["rounds"], later)
+
+
+def _error_parts(document: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Estimates by part, of branches and speeds; of asymmetric bodies those of resonances."""
+    found = document.get("asymmetry")
+    if found is None:
+        return document["campbell"].get("error_parts", {})  # type: ignore[no-any-return]
+    parts: dict[str, list[list[float]]] = {}
+    for one in (*found["critical_speeds"], *found["gravity_critical_speeds"]):
+        for part, value in one["error_parts"].items():
+            parts.setdefault(part, []).append([value])
+    return parts
 
 
 def _largest(values: Any) -> str | None:

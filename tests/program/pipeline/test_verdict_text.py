@@ -87,6 +87,14 @@ def test_critical_speeds_are_those_that_unbalance_excites_nearest_first():
     assert lone == "50.25 rpm (forward, undamped)"
 
 
+def test_weight_has_critical_speeds_where_a_body_bends_unlike_in_two_planes():
+    assert said("Gravity", gravity_critical_speeds=[]).text == "none in the speed range"
+    found = [{"speed_rpm": rpm} for rpm in (4013.2, 8000.0, 9000.0, 9500.0)]
+    assert said("Gravity", gravity_critical_speeds=found[:1]).text == "4013 rpm"
+    text = said("Gravity", gravity_critical_speeds=found).text
+    assert text == "4013 rpm; 8000 rpm; 9000 rpm, and 1 more"
+
+
 def test_margins_vibration_and_choice_of_interfaces():
     margins = {"passed": False, "method": "api617", "why": "too near"}
     found = said("Separation margins", margins=margins)
