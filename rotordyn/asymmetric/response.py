@@ -90,9 +90,10 @@ def _expanded(periodic: PeriodicSystem, speed: float, given: Harmonics, offset: 
         out = np.zeros((len(rows), n, len(columns), n), dtype=complex)
         for i, h in enumerate(rows):
             for j, other in enumerate(columns):
-                part = stiffness.get(h - other, 0.0)
-                part = part + 1j * other * speed * velocity.get(h - other, 0.0)
-                out[i, :, j] = part - (h * speed) ** 2 * periodic.mass if h == other else part
+                out[i, :, j] = stiffness.get(h - other, 0.0)
+                out[i, :, j] += 1j * other * speed * velocity.get(h - other, 0.0)
+                if h == other:
+                    out[i, :, j] -= (h * speed) ** 2 * periodic.mass
         return out.reshape(len(rows) * n, len(columns) * n)
 
     loads = [np.concatenate([given.get(h, np.zeros(n)) for h in g]).astype(complex) for g in groups]
