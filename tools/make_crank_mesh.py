@@ -43,8 +43,9 @@ def main() -> None:
         occ.synchronize()
         (volume,) = gmsh.model.getEntities(3)
         gmsh.model.addPhysicalGroup(3, [volume[1]], name="crank")
-        for name, low, high in (("left", LEFT, WEB_1), ("right", WEB_4, RIGHT), ("wheel", RIGHT, NOSE)):
-            gmsh.model.addPhysicalGroup(2, _cylinders(low, high), name=name)
+        seats = {"left": (LEFT, WEB_1), "right": (WEB_4, RIGHT), "wheel": (RIGHT, NOSE)}
+        for name, ends in seats.items():
+            gmsh.model.addPhysicalGroup(2, _cylinders(*ends), name=name)
         gmsh.model.addPhysicalGroup(2, _cylinders(WEB_2, WEB_3), name="pin")
         gmsh.option.setNumber("Mesh.MeshSizeMax", SIZE)
         gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", 12)

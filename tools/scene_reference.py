@@ -131,6 +131,8 @@ def _default(field: FieldInfo) -> str:
         return ""
     if isinstance(value, str):
         return f'`"{value}"`' if value else ""
+    if isinstance(value, bool):
+        return f"`{str(value).lower()}`"
     if value == ((0.0, 0.0), (0.0, 0.0)):
         return "0"
     if isinstance(value, tuple):
@@ -164,6 +166,8 @@ def _of_type(node: Mapping[str, Any], owners: Mapping[str, str]) -> str:
     kind = node.get("type")
     if kind in ("number", "integer"):
         return ("number" if kind == "number" else "integer") + _limits(node)
+    if kind == "boolean":
+        return "`true`, `false`"
     if kind == "string":
         pattern = str(node.get("pattern", ""))
         return next((word for part, word in _PATTERNS.items() if part in pattern), "text")

@@ -6,6 +6,7 @@ where to look; Hill's method, in all of them, has the last word on every end and
 
 from __future__ import annotations
 
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -98,14 +99,19 @@ def closed_by_damping(
     """Find the ranges in which a system would be unstable without damping, and is not with it.
 
     Arguments and errors as of `unstable_ranges`. A range counts as closed if none that is left has
-    a speed in common with it.
+    a speed in common with it. One that neither opens nor closes is left out, cross-coupled bearings
+    need their damping at every speed; and so is one whose ends Hill's method does not find.
     """
-    asked = (speed_low_rad_s, speed_high_rad_s, narrowest)
-    left = unstable_ranges(system, *asked)
+    asked = (speed_low_rad_s, speed_high_rad_s)
+    left = unstable_ranges(system, *asked, narrowest)
+    width = narrowest * (speed_high_rad_s - speed_low_rad_s)
+    free = _searched(_undamped(system), *asked, width).ranges(unless_lost=True)
     return tuple(
         r
-        for r in unstable_ranges(_undamped(system), *asked)
-        if all(r.high_rad_s < o.low_rad_s or o.high_rad_s < r.low_rad_s for o in left)
+        for r in free
+        if r.high_rad_s - r.low_rad_s > width
+        and (r.opens or r.closes)
+        and all(r.high_rad_s < o.low_rad_s or o.high_rad_s < r.low_rad_s for o in left)
     )
 
 
@@ -148,10 +154,16 @@ class _Found:
         self._search: Search[Any] = Search(motions, (), *speeds, width)
         self._pieces = self._search.pieces()
 
-    def ranges(self) -> list[UnstableRange]:
-        """Return the ranges of all pieces that may be wide enough."""
-        wide = (p for p in self._pieces if p.high - p.low > _MAYBE * self._width)
-        found = (self._range(piece) for piece in wide)
+    def ranges(self, *, unless_lost: bool = False) -> list[UnstableRange]:
+        """Return the ranges of all pieces that may be wide enough.
+
+        `unless_lost`: leave those out whose ends are not found, which is an error otherwise.
+        """
+        found = []
+        for piece in self._pieces:
+            if piece.high - piece.low > _MAYBE * self._width:
+                with suppress(AnalysisError) if unless_lost else nullcontext():
+                    found.append(self._range(piece))
         return [one for one in found if one is not None]
 
     def _range(self, piece: Piece) -> UnstableRange | None:

@@ -34,9 +34,10 @@ from solidwhirl.rotordyn.superelement.invariants import Invariant, compared
 # Part of the highest speed from which on unstable ranges are searched: the slower the turn, the
 # higher the order of what could meet, and the narrower its range.
 _SLOWEST = 0.05
-# Growth by Hill's method and by multipliers, relative to the larger, or to this part of the speed:
-# the multipliers are those of motions up to twice the fastest change of the matrices.
-_SAME_GROWTH, _NO_GROWTH = 1e-4, 1e-9
+# Growth by Hill's method and by multipliers, relative to it, or to this part of the speed: the
+# multipliers are those of motions up to twice the fastest change of the matrices, the others bend
+# as springs [2.1e-3, two_bladed_fan; 3e-10 where all motions are taken].
+_SAME_GROWTH, _NO_GROWTH = 1e-2, 1e-3
 # Part of a matrix of velocities that is symmetric, below which that is rounding.
 _EVEN_PART = 1e-12
 # Damping ratio of a resonance below which it is rounding of a root without damping.

@@ -264,7 +264,7 @@ class ModelSpec(Record):
 
 # A number of `results.json`, and the parts of it that hold numbers of the engine.
 _PATH = re.compile(r"[A-Za-z][\w-]*(?:\.[A-Za-z][\w-]*|\[\d{1,6}\])+")
-COMPARED = ("analyses", "bodies", "campbell", "critical_speeds", "modes_at_rest")
+COMPARED = ("analyses", "asymmetry", "bodies", "campbell", "critical_speeds", "modes_at_rest")
 
 
 class ReferenceSpec(Record):

@@ -45,13 +45,26 @@ def refuse_unsupported(scene: Scene, system: AssembledSystem) -> None:
         for axis, pull in zip("xyz", np.diag(gravity or (0.0, 0.0, 0.0)), strict=True):
             free = unsupported_bodies(system, pull) if pull.any() else ()
             if free:
-                raise AnalysisError(f"analyses[{at}].gravity_m_per_s2: {_problem(free, axis)}")
+                said = _problem(free, axis) + _turned(system, free)
+                raise AnalysisError(f"analyses[{at}].gravity_m_per_s2: {said}")
 
 
 def _problem(bodies: tuple[str, ...], axis: str) -> str:
     kind = "axial bearing" if axis == "z" else "bearing"
     named = ", ".join(repr(name) for name in bodies)
     return f"no {kind} carries the weight of {named} along {axis}"
+
+
+def _turned(system: AssembledSystem, bodies: tuple[str, ...]) -> str:
+    """What to do where the weight turns a body about the axis."""
+    centres = {n: system.system.rotors[n].element.center_of_gravity_m for n in bodies}
+    off = [n for n, centre in centres.items() if np.hypot(*centre[:2]) > 0.0]
+    return (
+        f"; the centre of gravity of {', '.join(repr(n) for n in off)} is off the axis: give the "
+        "torsion stiffness of its coupling to a bearing (torsion_stiffness_n_m_per_rad)"
+        if off
+        else ""
+    )
 
 
 def _free_bodies(scene: Scene, axis: str) -> tuple[str, ...]:

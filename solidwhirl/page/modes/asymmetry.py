@@ -39,6 +39,7 @@ def blocks_of(found: Mapping[str, Any]) -> list[Block]:
     return [
         Text(text=text),
         ranges_table(found),
+        *closed_table(found),
         resonances_table(found),
         *(page_chart(chart) for chart in line_charts(found)),
         bodies_table(found),
@@ -68,12 +69,37 @@ def ranges_table(found: Mapping[str, Any]) -> Block:
     )
 
 
+def closed_table(found: Mapping[str, Any]) -> list[Block]:
+    """Return the ranges that damping closes, if there are any."""
+    rows = [
+        [
+            f"{r['from_rpm']:.2f}",
+            f"{r['to_rpm']:.2f}",
+            r["largest_growth_rate_per_s"],
+            meeting_text(r["meeting"], r["kind"]),
+        ]
+        for r in found["closed_by_damping"]
+    ]
+    if not rows:
+        return []
+    return [
+        Table(
+            head=["from [rpm]", "to [rpm]", "growth without damping [1/s]", "what meets"],
+            rows=rows,
+            title="Ranges that damping closes",
+            caption="Unstable if nothing were damped; with the damping of the scene they are not.",
+        )
+    ]
+
+
 def meeting_text(meeting: Mapping[str, Any] | None, kind: str) -> str:
     """Return which motions meet where a range begins, in words."""
     if kind == "divergence" or meeting is None:
         return "one motion that stands still in the body" if kind == "divergence" else "–"
     first, second = meeting["first_hz"], meeting["second_hz"]
     times = f"{meeting['turns']} × speed"
+    if meeting["relation"] == "difference" and not meeting["turns"]:
+        return f"two motions of {first:.4g} Hz in the body"
     return {
         "main": f"twice {first:.4g} Hz is {times}",
         "sum": f"{first:.4g} Hz + {second:.4g} Hz is {times}",
