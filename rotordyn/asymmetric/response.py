@@ -16,11 +16,12 @@ from solidwhirl.rotordyn.asymmetric.hill import hill_block
 from solidwhirl.rotordyn.asymmetric.periodic import Harmonics, PeriodicSystem, Term
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
+from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.response.orbits import OrbitRecord
 
 # Part of the largest harmonic below which the last ones of an expansion have to be; and how many
-# there may be.
-_SMALL, _MOST = 1e-9, 12
+# there are on either side of the loads' at first, then, and at most.
+_SMALL, _ORDERS = 1e-9, (1, 2, 4, 8, 16, 32)
 # What stiffness does to free motions, relative to others; and how far above the speed these are
 # held.
 _FREE, _FAR_ABOVE = 1e-7, 100.0
@@ -59,7 +60,7 @@ def steady_motion(periodic: PeriodicSystem, speed_rad_s: float, loads: Harmonics
     out: Harmonics = {}
     for offset, given in groups.items():
         first = max((abs(h - offset) // stride for h in given), default=0) if stride else 0
-        for order in range(first + 1, first + _MOST):
+        for order in (first + more for more in _ORDERS):
             found = _expanded(periodic, speed_rad_s, given, offset, order if stride else 0)
             sizes = {h: float(np.abs(q).max()) for h, q in found.items()}
             ends = (min(found), max(found))
@@ -67,7 +68,9 @@ def steady_motion(periodic: PeriodicSystem, speed_rad_s: float, loads: Harmonics
                 break
         else:
             raise AnalysisError(
-                f"the harmonics of the steady motion at {speed_rad_s:.6g} rad/s do not die out"
+                f"at {speed_rad_s * RPM_PER_RAD_S:.6g} rpm of the asymmetric bodies the multiples "
+                f"of the speed in the steady motion do not die out up to {_ORDERS[-1] * stride}; "
+                "give the bearings damping, or leave the speed out"
             )
         out |= found
     return out
@@ -84,7 +87,10 @@ def _expanded(
     try:
         found = la.solve(matrix, load, check_finite=False)
     except la.LinAlgError as error:
-        raise AnalysisError(f"an undamped resonance at {speed:.10g} rad/s") from error
+        raise AnalysisError(
+            f"{speed * RPM_PER_RAD_S:.10g} rpm of the asymmetric bodies is an undamped resonance, "
+            "where no steady motion exists; give the bearings damping, or leave the speed out"
+        ) from error
     return dict(zip(harmonics, found.reshape(len(harmonics), n), strict=True))
 
 
