@@ -124,7 +124,9 @@ def test_mass_off_the_axis_moves_no_critical_speed(folder, undamped):
     found = run_scene(scene(folder, drag=0.0, body=body))
     assert rigid_centrifugal_energy(found.elements["bar"]) < 1e-9
     off, even = (results_document(r) for r in (found, undamped))
-    assert rpm_of(off, "critical_speeds") == pytest.approx(rpm_of(even, "critical_speeds"), rel=1e-3)
+    assert rpm_of(off, "critical_speeds") == pytest.approx(
+        rpm_of(even, "critical_speeds"), rel=1e-3
+    )
     # of an unbalanced body the weight shakes torsion too
     weight = [rpm_of(d, "gravity_critical_speeds")[0] for d in (off, even)]
     assert weight[0] == pytest.approx(weight[1], rel=1e-3)
