@@ -262,8 +262,8 @@ def _refuse_beside(name: str, mesh: Mesh) -> None:
             f"body {name!r} lies beside its axis: seen along it, the axis passes {away:.3g} m "
             f"outside of what encloses the mesh, x from {mesh.points[:, 0].min():.4g} to "
             f"{mesh.points[:, 0].max():.4g} m and y from {mesh.points[:, 1].min():.4g} to "
-            f"{mesh.points[:, 1].max():.4g} m about the axis; check axis.origin, axis.direction and "
-            "length_unit"
+            f"{mesh.points[:, 1].max():.4g} m about the axis; check axis.origin, axis.direction "
+            "and length_unit"
         )
 
 

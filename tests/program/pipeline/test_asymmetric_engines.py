@@ -44,7 +44,7 @@ def write_bar(path, copies=1):
         "left": np.flatnonzero(points[:, 2] < 1e-9),
         "right": np.flatnonzero(points[:, 2] > SIZE[2] - 1e-9),
     }
-    every = np.vstack([points + [0.0, 0.0, 0.6 * k] for k in range(copies)])
+    every = np.vstack([points + np.array([0.0, 0.0, 0.6 * k]) for k in range(copies)])
     blocks = np.vstack([cells + len(points) * k for k in range(copies)])
     meshio.Mesh(every, [("hexahedron", blocks)], point_sets=sets).write(path)
 
@@ -188,5 +188,5 @@ def test_an_interface_far_from_the_axis_is_refused(folder):
     points, cells = brick((0.3, 0.2, 0.05), (6, 4, 1), (-0.15, -0.1, 0.0))
     meshio.Mesh(points, [("hexahedron", cells)]).write(folder / "plate.inp")
     facet = [{"name": "left", "box_m": [[0.149, -0.001, -0.001], [0.151, 0.051, 0.051]]}]
-    with pytest.raises(USER_ERRORS, match="interface 'left': its surface lies .* off the axis"):
+    with pytest.raises(USER_ERRORS, match=r"interface 'left': its surface lies .* off the axis"):
         run_scene(scene(folder, body=bar(file="plate.inp", interfaces=facet), bearings=[]))
