@@ -73,8 +73,8 @@ def check_superelement(element: Superelement) -> tuple[Invariant, ...]:
         coordinates; K R = 0; Rᵀ(Kgeo − S)R of rigid motions; rigid motion t + θ × x at interfaces
         and the points of pictures; RᵀMR against mass, centre of gravity and inertia; RᵀGR of the
         two tilts against the polar inertia, +Ip in row rx and column ry; all matrices the same
-        after a turn about the axis; stiffness left at the top speed; moments of the displacement over
-        the mass against M, against each other in rigid motion, and against G. R are the rigid
+        after a turn about the axis; stiffness left at the top speed; moments of the displacement
+        over the mass against M, against each other in rigid motion, and against G. R are the rigid
         motions present; checks of what a body does not have are left out.
     """
     where = element.name
