@@ -36,6 +36,8 @@ _DAMPED = 0.5
 _FAR, _LOST, _EXACT = 1e-6, 0.2, 1e-13
 # Part of the motion in loads of the kind asked for, from which on they excite a root.
 _EXCITED = 1e-6
+# Smallest singular value over the largest that is rounding.
+_SINGULAR = 1e-15
 # Parts that the speeds between two knots of a table are cut into.
 _PARTS = 4
 
@@ -152,10 +154,16 @@ def _roots(
 
 
 def _quadratic_roots(here: ComplexArray, slope: ComplexArray, bend: ComplexArray) -> ComplexArray:
-    """Roots x of A + xB + x²C with A that is not singular, as reciprocals of eigenvalues."""
+    """Roots x of A + xB + x²C, as reciprocals of eigenvalues.
+
+    A is singular where it is so at every speed: what nothing holds has no steady motion under the
+    load, and no resonance.
+    """
     n = len(here)
     scale = 1.0 / np.sqrt(np.maximum(np.abs(np.diag(here)), np.abs(here).max(axis=1)))
     here, slope, bend = (scale[:, None] * a * scale for a in (here, slope, bend))
+    if np.linalg.cond(here) * _SINGULAR > 1.0:
+        return np.zeros(0, dtype=complex)
     companion = np.zeros((2 * n, 2 * n), dtype=complex)
     companion[:n] = -la.solve(here, np.hstack((slope, bend)))
     companion[n:, :n] = np.eye(n)
