@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy.spatial import ConvexHull
 
 from solidwhirl.geometry import RigidDisk
 from solidwhirl.meshing.errors import MeshingError
@@ -150,6 +151,8 @@ def body_of_mesh(
     Raises MeshingError: a turning body that is none of revolution, or an interface that can't be
     one.
     """
+    if request.shape == "asymmetric":
+        _refuse_beside(name, mesh)
     outside = sectors.outer_facets(mesh.points, mesh.cells, request.sectors)
     placed = tuple(
         measures.measured(_placed(i, mesh, request), mesh, outside) for i in _with_margins(request)
@@ -248,6 +251,20 @@ def _placed(interface: MeshInterface, mesh: Mesh, request: MeshRequest) -> MeshI
     elif not isinstance(interface.node, str):
         place = interface.node
     return replace(interface, position_m=place)
+
+
+def _refuse_beside(name: str, mesh: Mesh) -> None:
+    """A body that its axis does not meet, seen along it, turns about nothing that holds it."""
+    edges = ConvexHull(mesh.points[:, :2]).equations
+    away = float(edges[:, 2].max())
+    if away > 0.0:
+        raise MeshingError(
+            f"body {name!r} lies beside its axis: seen along it, the axis passes {away:.3g} m "
+            f"outside of what encloses the mesh, x from {mesh.points[:, 0].min():.4g} to "
+            f"{mesh.points[:, 0].max():.4g} m and y from {mesh.points[:, 1].min():.4g} to "
+            f"{mesh.points[:, 1].max():.4g} m about the axis; check axis.origin, axis.direction "
+            "and length_unit"
+        )
 
 
 def _refuse_far(where: str, centre: FloatArray, extent: float) -> None:

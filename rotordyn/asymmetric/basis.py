@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 import scipy.linalg as la
 
-from solidwhirl.rotordyn.asymmetric.periodic import PeriodicSystem
+from solidwhirl.rotordyn.asymmetric.periodic import PeriodicSystem, Term, TurnedLaw
 from solidwhirl.rotordyn.core.arrays import FloatArray
 
 #: Amplitude of what the others answer to a mode from which it is taken in.
@@ -14,6 +17,27 @@ ANSWER = 3e-3
 
 #: The fastest motion that is followed, by the fastest change of the matrices or the slowest mode.
 FAST = 2.0
+
+
+def held_to(system: PeriodicSystem, basis: FloatArray) -> PeriodicSystem:
+    """Return a system in the coordinates p of q = B p, B (n, r)."""
+
+    def terms(every: Sequence[Term]) -> tuple[Term, ...]:
+        return tuple(Term(h, p, basis.T @ a @ basis) for h, p, a in every)
+
+    return PeriodicSystem(
+        mass=basis.T @ system.mass @ basis,
+        velocity=terms(system.velocity),
+        stiffness=terms(system.stiffness),
+        acceleration=terms(system.acceleration),
+        laws=tuple(
+            TurnedLaw(
+                replace(law.joint, motion=law.joint.motion @ basis),
+                {h: part @ basis for h, part in law.motion.items()},
+            )
+            for law in system.laws
+        ),
+    )
 
 
 def fastest_rate(system: PeriodicSystem, speed_rad_s: float) -> float:

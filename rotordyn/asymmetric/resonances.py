@@ -11,20 +11,23 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.asymmetric.assembly import RotatingSystem
+from solidwhirl.rotordyn.asymmetric.basis import fastest_rate, held_to, search_basis
 from solidwhirl.rotordyn.asymmetric.errors import dynamic_change
 from solidwhirl.rotordyn.asymmetric.periodic import Harmonics, PeriodicSystem
 from solidwhirl.rotordyn.asymmetric.response import dynamic_stiffness, held_where_free, seen
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
 
 # Harmonics on either side to begin with, and at most.
-_FIRST, _MOST = 1, 8
+_FIRST, _MOST = 3, 12
+# Answers of fast motions that roots are sought with.
+_ANSWER = 3e-4
 # Roots that move less when a harmonic is added have settled; steps of the iteration.
 _SETTLED, _STEPS = 1e-9, 30
 # Roots with more damping than this are no resonance.
@@ -33,6 +36,8 @@ _DAMPED = 0.5
 _FAR, _LOST, _EXACT = 1e-6, 0.2, 1e-13
 # Part of the motion in loads of the kind asked for, from which on they excite a root.
 _EXCITED = 1e-6
+# Smallest singular value over the largest that is rounding.
+_SINGULAR = 1e-15
 # Parts that the speeds between two knots of a table are cut into.
 _PARTS = 4
 
@@ -105,6 +110,9 @@ def resonances(
     periodic = held_where_free(rotating, high)
     rotating = replace(rotating, periodic=periodic)
     stride = periodic.stride
+    few = periodic
+    if stride:
+        few = held_to(periodic, search_basis(periodic, fastest_rate(periodic, high), high, _ANSWER))
     offsets = sorted({h % stride for h in loads}) if stride else sorted(loads)
     found: list[Resonance] = []
     for offset in offsets:
@@ -112,8 +120,9 @@ def resonances(
             offset: loads[offset]
         }  # fmt: skip
         order = _FIRST + int(stride == 1) if stride else 0
-        for root in _roots(periodic, offset, order, (low, high)):
-            one = _settled(rotating, given, offset, order, root)
+        for root in _roots(few, offset, order, (low, high)):
+            settled = _settled(few, offset, order, root)
+            one = settled and _resonance(rotating, given, offset, settled)
             if one is not None and low <= one.speed_rad_s <= high:
                 found.append(one)
     return _distinct(found)
@@ -145,10 +154,16 @@ def _roots(
 
 
 def _quadratic_roots(here: ComplexArray, slope: ComplexArray, bend: ComplexArray) -> ComplexArray:
-    """Roots x of A + xB + x²C with A that is not singular, as reciprocals of eigenvalues."""
+    """Roots x of A + xB + x²C, as reciprocals of eigenvalues.
+
+    A is singular where it is so at every speed: what nothing holds has no steady motion under the
+    load, and no resonance.
+    """
     n = len(here)
     scale = 1.0 / np.sqrt(np.maximum(np.abs(np.diag(here)), np.abs(here).max(axis=1)))
     here, slope, bend = (scale[:, None] * a * scale for a in (here, slope, bend))
+    if np.linalg.cond(here) * _SINGULAR > 1.0:
+        return np.zeros(0, dtype=complex)
     companion = np.zeros((2 * n, 2 * n), dtype=complex)
     companion[:n] = -la.solve(here, np.hstack((slope, bend)))
     companion[n:, :n] = np.eye(n)
@@ -157,27 +172,46 @@ def _quadratic_roots(here: ComplexArray, slope: ComplexArray, bend: ComplexArray
     return np.asarray(1.0 / inverse)
 
 
-def _settled(
-    rotating: RotatingSystem, loads: Harmonics, offset: int, order: int, root: complex
-) -> Resonance | None:
-    """A root followed while harmonics are added; None: it goes away, or no load excites it."""
-    periodic = rotating.periodic
-    before = root
+class _Settled(NamedTuple):
+    """A root in few coordinates: with `order` harmonics on either side, and what more change.
+
+    `moved`: by the last of them, relative.
+    """
+
+    root: complex
+    order: int
+    change: complex
+    moved: float
+
+
+def _settled(periodic: PeriodicSystem, offset: int, order: int, root: complex) -> _Settled | None:
+    """A root followed while harmonics are added; None: it goes away."""
+    if not periodic.stride:
+        return _Settled(root, 0, 0.0, 0.0)
+    before = first = root
     for more in range(order, _MOST + 1):
         polished = _newton(periodic, offset, more, before)
         if polished is None:
             return None
-        now, right, left, slope = polished
-        if not periodic.stride or (
-            more > order and abs(now - before) <= _SETTLED * abs(now)
-        ):  # fmt: skip
-            break
-        before = now
-    else:
+        moved = abs(polished[0] - before) / abs(before)
+        before = polished[0]
+        first = before if more == order else first
+        if more > order and moved <= _SETTLED:
+            return _Settled(first, order, before - first, float(moved))
+    return None
+
+
+def _resonance(
+    rotating: RotatingSystem, loads: Harmonics, offset: int, settled: _Settled
+) -> Resonance | None:
+    """A root in all coordinates; None: it is not there, or no load excites it."""
+    periodic, order = rotating.periodic, settled.order
+    polished = _newton(periodic, offset, order, settled.root)
+    if polished is None:
         return None
-    harmonics = [offset + k * periodic.stride for k in range(-more, more + 1)]
-    if not periodic.stride:
-        harmonics = [offset]
+    now, right, left, slope = polished
+    now = now + settled.change
+    harmonics = [offset + k * periodic.stride for k in range(-order, order + 1)]
     parts, dual = (
         dict(zip(harmonics, a.reshape(len(harmonics), -1), strict=True)) for a in (right, left)
     )
@@ -189,7 +223,7 @@ def _settled(
     change = dynamic_change(rotating, 0.0, float(now.real), dual, parts)
     errors = {part: float(abs(c / slope / now)) for part, c in change.items()}
     if periodic.stride:
-        errors["harmonics"] = float(abs((now - before) / now))
+        errors["harmonics"] = settled.moved
     multiple, share = _most_seen(rotating, parts)
     return Resonance(
         speed_rad_s=float(now.real),

@@ -17,11 +17,12 @@ from solidwhirl.rotordyn.asymmetric.hill import hill_block
 from solidwhirl.rotordyn.asymmetric.periodic import Harmonics, PeriodicSystem, Term
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
+from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.response.orbits import OrbitRecord
 
 # Part of the largest harmonic below which the last ones of an expansion have to be; and how many
 # there are on either side of those that are loaded.
-_SMALL, _ORDER = 1e-7, 16
+_SMALL, _ORDER = 1e-7, 32
 # What stiffness does to free motions, relative to others; and how far above the speed these are
 # held.
 _FREE, _FAR_ABOVE = 1e-7, 100.0
@@ -64,7 +65,9 @@ def steady_motion(periodic: PeriodicSystem, speed_rad_s: float, loads: Harmonics
         ends = max(sizes[h] for h in (min(found), max(found)))
         if periodic.stride and ends > _SMALL * max(sizes.values()):
             raise AnalysisError(
-                f"the harmonics of the steady motion at {speed_rad_s:.6g} rad/s do not die out"
+                f"at {speed_rad_s * RPM_PER_RAD_S:.6g} rpm of the asymmetric bodies the multiples "
+                f"of the speed in the steady motion do not die out up to {_ORDER * stride}; "
+                "give the bearings damping, or leave the speed out"
             )
         out |= found
     return out
@@ -90,9 +93,10 @@ def _expanded(periodic: PeriodicSystem, speed: float, given: Harmonics, offset: 
         out = np.zeros((len(rows), n, len(columns), n), dtype=complex)
         for i, h in enumerate(rows):
             for j, other in enumerate(columns):
-                part = stiffness.get(h - other, 0.0)
-                part = part + 1j * other * speed * velocity.get(h - other, 0.0)
-                out[i, :, j] = part - (h * speed) ** 2 * periodic.mass if h == other else part
+                out[i, :, j] = stiffness.get(h - other, 0.0)
+                out[i, :, j] += 1j * other * speed * velocity.get(h - other, 0.0)
+                if h == other:
+                    out[i, :, j] -= (h * speed) ** 2 * periodic.mass
         return out.reshape(len(rows) * n, len(columns) * n)
 
     loads = [np.concatenate([given.get(h, np.zeros(n)) for h in g]).astype(complex) for g in groups]
@@ -106,7 +110,11 @@ def _expanded(periodic: PeriodicSystem, speed: float, given: Harmonics, offset: 
             loads[k] = loads[k] - lower @ both[:, -1]
         factors.append(la.lu_factor(matrix, check_finite=False))
         if not np.diag(factors[-1][0]).all():
-            raise AnalysisError(f"an undamped resonance at {speed:.10g} rad/s")
+            raise AnalysisError(
+                f"{speed * RPM_PER_RAD_S:.10g} rpm of the asymmetric bodies is an undamped "
+                "resonance, where no steady motion exists; give the bearings damping, or leave the "
+                "speed out"
+            )
     motion = la.lu_solve(factors[-1], loads[-1])
     found = [motion]
     for k in reversed(range(count - 1)):

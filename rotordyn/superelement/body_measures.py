@@ -104,9 +104,9 @@ def tilt_error(element: Superelement) -> float:
     In the rotating frame that is Ip − Ix − Iy about the origin, over the largest of them.
     """
     tilts = element.rigid_body_modes[:, [3, 4]]
-    about = np.diag(body_mass_matrix(element)[3:, 3:])
-    polar = size = float(about[2])
+    polar = size = float(element.inertia_kg_m2[2, 2])
     if element.frame == "rotating":
+        about = np.diag(body_mass_matrix(element)[3:, 3:])
         polar, size = float(about[2] - about[0] - about[1]), float(about.max())
     expected = polar * np.array([[0.0, 1.0], [-1.0, 0.0]])
     return float(np.abs(tilts.T @ element.gyroscopic @ tilts - expected).max()) / size

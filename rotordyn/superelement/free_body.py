@@ -124,6 +124,7 @@ def _without_disks(element: Superelement) -> tuple[FloatArray, FloatArray, Float
         ring = (disk["mass_kg"], center, np.diag([across, across, about]))
         placed = interface_motion(element, node.name)
         lost = projected_moments(rigid_motion_moments(*ring, node.position_m), placed)
+        assert lost is not None
         mass = mass - rigid_body_mass_matrix(*ring)
         simple, first = simple - lost.displacement_kg, first - lost.first_kg_m
     return mass, simple, first

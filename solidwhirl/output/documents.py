@@ -132,7 +132,7 @@ def _numbers(results: Results) -> list[int]:
 
 def _without_estimate(results: Results) -> Unestimated:
     """Bodies, and meshes that were given, that are not in the largest error estimate."""
-    meshes = results.scene.mesh_bodies
+    meshes = list(results.scene.mesh_bodies)
     if results.estimates is not None:
         compared = (p.second_elements for p in results.estimates.comparisons if p.part == "mesh")
         seen = {name for elements in compared for name in elements}
@@ -142,7 +142,7 @@ def _without_estimate(results: Results) -> Unestimated:
     else:
         forms = {n: {f.part for f in e.error_forms} for n, e in results.elements.items()}
         seen = {name for name, parts in forms.items() if "mesh" in parts}
-        bodies = bodies_without_forms(results.system)
+        bodies, meshes = bodies_without_forms(results.system), list(results.bodies)
     return Unestimated(bodies=bodies, meshes=tuple(name for name in meshes if name not in seen))
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from solidwhirl.analyses.kinds.asymmetric_response import AsymmetricResponseSpec
 from solidwhirl.analyses.kinds.critical_speed_map import CriticalSpeedMapSpec
 from solidwhirl.analyses.kinds.nodal_diameters import NodalDiametersSpec
 from solidwhirl.analyses.kinds.run_up import RunUpSpec
@@ -80,6 +81,8 @@ def _further_problems(scene: Scene, spec: AnalysisSpec) -> Iterator[str]:
         yield from _run_up_problems(scene, spec)
     if isinstance(spec, NodalDiametersSpec):
         yield from _nodal_problems(scene, spec)
+    if isinstance(spec, AsymmetricResponseSpec):
+        yield from _bow_problems(scene, spec)
     if isinstance(spec, SeparationMarginsSpec) and not (spec.operating or scene.operating):
         yield "operating: missing; give it here or as [[operating]] of the scene"
 
@@ -113,6 +116,22 @@ def _nodal_problems(scene: Scene, spec: NodalDiametersSpec) -> Iterator[str]:
             f"nodal_diameters: {whole[0]} moves the body as a whole where held names no interface; "
             "allowed are 2 and more, or name interfaces"
         )
+
+
+def _bow_problems(scene: Scene, spec: AsymmetricResponseSpec) -> Iterator[str]:
+    """Bows whose three interfaces are not those of one body, or not three."""
+    for k, bow in enumerate(spec.bows):
+        body, _, at = bow.at.partition(".")
+        known = list(scene.interface_names()[body])
+        strange = [(j, name) for j, name in enumerate(bow.between) if name not in known]
+        for j, name in strange:
+            said = unknown(f"interface of {body!r}", name, known)
+            yield f"bows[{k}].between[{j}]: {said}"
+        if not strange and len({at, *bow.between}) < 3:
+            yield (
+                f"bows[{k}].between: {', '.join(bow.between)}, and the bow is at {at}; the three "
+                f"must differ, allowed are {', '.join(name for name in known if name != at)}"
+            )
 
 
 def _support_problems(

@@ -12,6 +12,7 @@ import numpy as np
 
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.errors import SuperelementError
+from solidwhirl.rotordyn.exchange.exported import refuse_rotating
 from solidwhirl.rotordyn.superelement.record import Superelement
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
 
@@ -114,7 +115,11 @@ class MatrixSet(NamedTuple):
 
 
 def matrix_set(element: Superelement, speed_rad_s: float | None) -> MatrixSet:
-    """Return the matrices of a body by role; those at a speed if it is given, and in its range."""
+    """Return the matrices of a body by role; those at a speed if it is given, and in its range.
+
+    Raises SuperelementError: a speed out of it, or a body in the rotating frame.
+    """
+    refuse_rotating(element)
     found: dict[str, FloatArray] = {"mass": element.mass, "stiffness": element.stiffness}
     carried, left = ["mass", "elastic stiffness"], list[str]()
     for role, matrix, said in (

@@ -100,7 +100,8 @@ class BodyFixedForm(ReadOnlyArrays):
 def body_fixed_form(element: Superelement, *, modes: int | None = None) -> BodyFixedForm:
     """Return a body in the frame that moves with it.
 
-    `element`: a free body of revolution that knows its moments and its spin generator; `modes`:
+    `element`: a free body that knows its moments, in the frame that turns with it or of revolution
+    with its spin generator; `modes`:
     number of elastic modes, the lowest; one more where that would part a pair of equal frequency.
     None for all: n less the rigid motions the body has. The modes are orthogonal to
     the rigid motions in the mass: for those the moving frame stands, also for motions that the body
@@ -112,7 +113,8 @@ def body_fixed_form(element: Superelement, *, modes: int | None = None) -> BodyF
 
     A fixed displacement q of the inertial frame is e^{ΩtL} p of the body's, L the spin generator,
     and all matrices stay the same in a turn. Hence C = G + 2 M L and Kgeo + Kspin = K2 + G L +
-    M L², K2 that of the inertial frame, from which Kgeo follows with Kspin of the moments.
+    M L², K2 that of the inertial frame, from which Kgeo follows with Kspin of the moments. The
+    matrices of a body in the rotating frame are those of its own: L is 0.
     """
     moments, turn = _checked(element)
     frequencies, shapes = _elastic_modes(element)
@@ -142,7 +144,7 @@ def body_fixed_form(element: Superelement, *, modes: int | None = None) -> BodyF
 
 
 def _checked(element: Superelement) -> tuple[MassMoments, FloatArray]:
-    """Moments and spin generator of a body that has a body-fixed form."""
+    """Moments of a body that has a body-fixed form, and L, 0 in the rotating frame."""
     where = f"superelement {element.name!r} in a frame that moves with it"
     if element.constraint is not None:
         raise SuperelementError(
@@ -154,10 +156,13 @@ def _checked(element: Superelement) -> tuple[MassMoments, FloatArray]:
             f"{where}: the moments of its displacement over the mass are not known (files before "
             "1.3 have none); make the body again"
         )
-    if element.spin_generator is None:
+    turn = element.spin_generator
+    if element.frame == "rotating":
+        turn = np.zeros_like(element.mass)
+    if turn is None:
         raise SuperelementError(
             f"{where}: its spin generator is not known; a body of revolution whose modes pair up "
-            "in a turn is needed"
+            "in a turn is needed, or one in the rotating frame"
         )
     missing = [MOTIONS[k] for k in _LATERAL if not element.rigid_body_present[k]]
     if missing:
@@ -177,7 +182,7 @@ def _checked(element: Superelement) -> tuple[MassMoments, FloatArray]:
             f"allowed is {_GYROSCOPIC_LIMIT:g}; a body made without gyroscopic effects can not be "
             "turned into it"
         )
-    return element.moments, element.spin_generator
+    return element.moments, turn
 
 
 def _elastic_modes(element: Superelement) -> tuple[FloatArray, FloatArray]:

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.atomic import replace_text, replacing
 from solidwhirl.rotordyn.core.errors import SuperelementError
+from solidwhirl.rotordyn.exchange.exported import refuse_rotating
 from solidwhirl.rotordyn.superelement.record import Superelement
 
 #: What a linear body in the inertial frame carries.
@@ -24,7 +25,11 @@ LINEAR_TERMS = (
 
 
 def matrices(element: Superelement) -> dict[str, FloatArray]:
-    """Return M, K0, K2 = Kgeo − S and G in the independent coordinates, (r, r) each."""
+    """Return M, K0, K2 = Kgeo − S and G in the independent coordinates, (r, r) each.
+
+    Raises SuperelementError: a body in the rotating frame.
+    """
+    refuse_rotating(element)
     full = {
         "M": element.mass,
         "K0": element.stiffness,

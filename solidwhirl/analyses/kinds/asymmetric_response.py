@@ -62,7 +62,7 @@ class AsymmetricResponseSpec(base.Sweep):
         "supports add further multiples.",
         82,
     )
-    turning: ClassVar = {"at": base.UNBALANCE_TURNS}
+    turning: ClassVar = {"at": "an unbalance and a bow turn with their body"}
     of_bodies = "asymmetric"
 
     kind: Literal["asymmetric_response"]

@@ -53,7 +53,7 @@ def accuracy_blocks(document: Mapping[str, Any]) -> Iterator[Block]:
         for name in found["bodies_without_estimate"]
     ]
     lines += [
-        f"- the mesh of `{name}` was given: its error is not known and not in these numbers; "
+        f"- the error of the mesh of `{name}` is not known and not in these numbers; "
         "compare with a finer mesh"
         for name in found.get("meshes_without_estimate", ())
     ]

@@ -7,6 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from flat_rotors import in_its_frame
 from floating_frame import floating_body, floating_frame_modes
 from point_bodies import skew
 from springs import inertial_modes
@@ -18,7 +19,13 @@ from solidwhirl.rotordyn import (
     beam_superelement,
     rigid_superelement,
 )
+from solidwhirl.rotordyn.exchange.matrices.arrays_npz import write_npz
+from solidwhirl.rotordyn.exchange.matrices.dmig import write_dmig
+from solidwhirl.rotordyn.exchange.matrices.matrix_market import write_matrix_market
+from solidwhirl.rotordyn.exchange.matrices.op4 import write_op4
 from solidwhirl.rotordyn.exchange.multibody.body_fixed import body_fixed_form
+from solidwhirl.rotordyn.exchange.python.exudyn import write_exudyn
+from solidwhirl.rotordyn.exchange.python.ross import write_ross
 from solidwhirl.rotordyn.superelement.mass_moments import (
     joined_moments,
     projected_moments,
@@ -349,3 +356,24 @@ def test_bodies_without_a_frame_of_their_own_are_refused(make, message):
 def test_modes_that_do_not_exist_are_refused(modes):
     with pytest.raises(SuperelementError, match=f"{modes} modes; it has 1 to"):
         body_fixed_form(shaft(), modes=modes)
+
+
+def test_a_body_in_its_own_frame_is_the_same_as_in_fixed_axes():
+    """Its own frame, at rest: frequencies, and terms that do not depend on the choice in a pair."""
+    even = shaft()
+    known, found = body_fixed_form(even), body_fixed_form(in_its_frame(even))
+    assert found.frequencies_hz == pytest.approx(known.frequencies_hz, rel=1e-10)
+    change = found.shapes.T @ even.mass @ known.shapes
+    for name in ("stress_stiffening", "I5"):
+        turned = change.T @ getattr(found, name) @ change
+        expected = getattr(known, name)
+        assert turned == pytest.approx(expected, abs=1e-8 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize(
+    "write", [write_npz, write_op4, write_dmig, write_matrix_market, write_ross, write_exudyn]
+)
+def test_formats_of_the_inertial_frame_do_not_take_a_body_in_its_own(tmp_path, write):
+    with pytest.raises(SuperelementError, match="bends unlike in two planes: its matrices are"):
+        write(in_its_frame(shaft()), tmp_path / "shaft.py")
+    assert not list(tmp_path.iterdir())

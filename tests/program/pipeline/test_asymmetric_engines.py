@@ -1,0 +1,192 @@
+"""Scenes with a body that bends unlike in two planes: what runs say, and what is refused."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+
+from solidwhirl.cache.files import StageStore
+from solidwhirl.core.errors import USER_ERRORS
+from solidwhirl.datasets.results import datasets
+from solidwhirl.output.documents import results_document
+from solidwhirl.pipeline.run import run_scene
+from solidwhirl.pipeline.verdict_text import answers
+from solidwhirl.rotordyn.superelement.free_body import rigid_centrifugal_energy
+from solidwhirl.scene_reading.reader import parse_scene
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "meshing"))
+
+from mesh_makers import brick
+
+pytestmark = pytest.mark.solver
+
+SIZE = (0.03, 0.02, 0.4)
+ENDS = ("left", "right")
+RESPONSE = {
+    "kind": "asymmetric_response",
+    "from_rpm": 500.0,
+    "to_rpm": 6000.0,
+    "count": 12,
+    "unbalances": [{"at": "bar.left", "moment_kg_m": 1e-4}],
+    "gravity_m_per_s2": [0.0, -9.81, 0.0],
+    "observe": ["bar.left"],
+}
+
+
+def write_bar(path, copies=1):
+    """A flat bar of coarse hexahedra, once or several times with gaps."""
+    points, cells = brick(SIZE, (2, 2, 6), (-0.5 * SIZE[0], -0.5 * SIZE[1], 0.0))
+    sets = {
+        "left": np.flatnonzero(points[:, 2] < 1e-9),
+        "right": np.flatnonzero(points[:, 2] > SIZE[2] - 1e-9),
+    }
+    every = np.vstack([points + np.array([0.0, 0.0, 0.6 * k]) for k in range(copies)])
+    blocks = np.vstack([cells + len(points) * k for k in range(copies)])
+    meshio.Mesh(every, [("hexahedron", blocks)], point_sets=sets).write(path)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    out = tmp_path_factory.mktemp("bar")
+    write_bar(out / "bar.inp")
+    write_bar(out / "two.inp", 2)
+    return out
+
+
+def bar(**changes):
+    interfaces = [{"name": n, "group": n, "coupling": "rigid"} for n in ENDS]
+    given = {"file": "bar.inp", "length_unit": "m", "material": "steel", "modes": 2}
+    return given | {"interfaces": interfaces} | changes
+
+
+def scene(folder, *, drag=100.0, body=None, **tables):
+    bearings = [
+        {"name": n, "first": f"bar.{n}", "stiffness_n_per_m": 1e7, "damping_n_s_per_m": drag}
+        for n in ENDS
+    ]
+    bearings[0]["axial_stiffness_n_per_m"] = 1e7
+    data = {
+        "name": "bar",
+        "speeds": {"to_rpm": 24000.0, "count": 3},
+        "campbell": {"branches": 6},
+        "mesh_bodies": {"bar": bar() if body is None else body},
+        "bearings": bearings,
+    }
+    return parse_scene(data | tables, folder / "scene.toml")
+
+
+def rpm_of(document, key):
+    return [r["speed_rpm"] for r in document["asymmetry"][key] if r["motion"] == "lateral"]
+
+
+@pytest.fixture(scope="module")
+def undamped(folder):
+    results = run_scene(scene(folder, drag=0.0))
+    assert [c for c in results.checks if c.passed is False] == []
+    return results
+
+
+def test_what_a_run_says_of_an_undamped_bar(undamped):
+    document = results_document(undamped)
+    said = {a.about: a.text for a in answers(document)}
+    first, second = rpm_of(document, "critical_speeds")
+    assert all(c["amplification_factor"] is None for c in document["critical_speeds"])
+    assert "undamped" in said["Critical speeds (AF: amplification factor)"]
+    # half of the mean of both planes, less what the split adds in the square
+    (weight,) = rpm_of(document, "gravity_critical_speeds")
+    assert weight == pytest.approx(0.25 * (first + second), rel=0.05)
+    assert said["Gravity critical speeds"] == f"{weight:.0f} rpm"
+    assert said["Stability"].startswith(f"unstable {first:.0f} to {second:.0f} rpm (divergence)")
+    resonances = document["asymmetry"]["critical_speeds"]
+    resonances = resonances + document["asymmetry"]["gravity_critical_speeds"]
+    largest = max(r["error_estimate"] for r in resonances if r["motion"] == "lateral")
+    accuracy = document["accuracy"]
+    assert accuracy["largest_error_estimate"] == largest
+    assert accuracy["met"] is (largest <= accuracy["asked"])
+    tree = datasets(undamped)
+    assert tree["critical_speeds"]["frequency_error_estimate"].size == 2
+
+
+def test_estimates_that_are_off_are_not_told(folder):
+    found = run_scene(scene(folder, drag=0.0, model={"estimates": "off", "modes": 2}))
+    accuracy = results_document(found)["accuracy"]
+    assert accuracy["largest_error_estimate"] is None
+    assert accuracy["met"] is None
+
+
+def test_mass_off_the_axis_moves_no_critical_speed(folder, undamped):
+    """A driven shaft: unbalance is a load, and not in the equations of its small motions."""
+    body = bar(axis={"origin": [0.004, 0.003, 0.0], "direction": [0.0, 0.0, 1.0]})
+    found = run_scene(scene(folder, drag=0.0, body=body))
+    assert rigid_centrifugal_energy(found.elements["bar"]) < 1e-9
+    off, even = (results_document(r) for r in (found, undamped))
+    assert rpm_of(off, "critical_speeds") == pytest.approx(
+        rpm_of(even, "critical_speeds"), rel=1e-3
+    )
+    # of an unbalanced body the weight shakes torsion too
+    weight = [rpm_of(d, "gravity_critical_speeds")[0] for d in (off, even)]
+    assert weight[0] == pytest.approx(weight[1], rel=1e-3)
+    ends = [[r["from_rpm"] for r in d["asymmetry"]["unstable_ranges"]] for d in (off, even)]
+    assert ends[0] == pytest.approx(ends[1], rel=1e-3)
+    offset = off["asymmetry"]["bodies"]["bar"]["center_of_gravity_offset_m"]
+    assert offset == pytest.approx(0.005)
+
+
+def test_a_second_run_takes_all_stages_of_the_first(folder, tmp_path):
+    asked = scene(folder, analyses=[RESPONSE])
+    first, second = (run_scene(asked, store=StageStore(tmp_path)) for _ in range(2))
+    assert set(first.stages.values()) == {"computed"}
+    assert set(second.stages.values()) == {"kept"}
+    documents = [results_document(r) for r in (first, second)]
+    assert documents[0]["asymmetry"] == documents[1]["asymmetry"]
+    assert documents[0]["analyses"] == documents[1]["analyses"]
+
+
+ROUND = {"kind": "unbalance_response", "unbalances": RESPONSE["unbalances"],
+         "observe": ["bar.left"], "from_rpm": 500.0, "to_rpm": 6000.0, "count": 12}  # fmt: skip
+AWAY = {"origin": [0.025, 0.0, 0.0], "direction": [0.0, 0.0, 1.0]}
+BOW = {"at": "bar.left", "between": ["left", "right"], "bow_m": 1e-4}
+REFUSED = {
+    "two pieces": ({"body": bar(file="two.inp")}, "mesh_bodies.bar: .*2 parts that share no face"),
+    "axis outside": (
+        {"body": bar(axis=AWAY)},
+        "mesh_bodies.bar: .*beside its axis: .*passes 0.01 m outside",
+    ),
+    "not round": (
+        {"body": bar(symmetry="revolution")},
+        "mesh_bodies.bar: interface 'left': its facets do not go evenly around the axis",
+    ),
+    "sectors": (
+        {"body": bar(symmetry="none", sectors=4)},
+        "mesh_bodies.bar: symmetry = 'none', but sectors says it",
+    ),
+    "kind": ({"analyses": [ROUND]}, r"analyses\[0\].kind: .*allowed are asymmetric_response, run"),
+    "bow of what is not there": (
+        {"analyses": [RESPONSE | {"bows": [BOW | {"between": ["left", "rear"]}]}]},
+        r"analyses\[0\].bows\[0\].between\[1\]: no interface of 'bar' 'rear'",
+    ),
+    "bow at its own end": (
+        {"analyses": [RESPONSE | {"bows": [BOW]}]},
+        r"analyses\[0\].bows\[0\].between: .*the three must differ",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED.values(), ids=REFUSED)
+def test_what_is_refused_before_the_long_work(folder, case):
+    changes, message = case
+    with pytest.raises(USER_ERRORS, match=message):
+        run_scene(scene(folder, **changes))
+
+
+def test_an_interface_far_from_the_axis_is_refused(folder):
+    """A facet on the rim of a plate would be tied to the axis through nothing."""
+    points, cells = brick((0.3, 0.2, 0.05), (6, 4, 1), (-0.15, -0.1, 0.0))
+    meshio.Mesh(points, [("hexahedron", cells)]).write(folder / "plate.inp")
+    facet = [{"name": "left", "box_m": [[0.149, -0.001, -0.001], [0.151, 0.051, 0.051]]}]
+    with pytest.raises(USER_ERRORS, match=r"interface 'left': its surface lies .* off the axis"):
+        run_scene(scene(folder, body=bar(file="plate.inp", interfaces=facet), bearings=[]))
