@@ -255,7 +255,7 @@ def test_crank_mesh_turns_in_its_own_axes(computed):
     asymmetry = found.asymmetry
     (departure,) = asymmetry.departures.values()
     # what the counterweights leave of 0.013 kg m of the pin alone, on the side of the pin
-    assert 0.0 < departure.static_unbalance_kg_m < 0.25 * 0.013
+    assert 0.0 < departure.static_unbalance_kg_m < 0.3 * 0.013
     assert departure.offset_deg == pytest.approx(0.0, abs=0.01)
     critical = [one for one in asymmetry.critical if one.motion == "lateral"]
     weight = [one for one in asymmetry.gravity if one.motion == "lateral"]
