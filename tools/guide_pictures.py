@@ -1,5 +1,7 @@
 """Make the pictures of docs/tutorial.md, howto.md and blades.md from the scenes that stand there.
 
+Those of asymmetric_rotors.md come from files in scenes/.
+
 .venv/bin/python tools/guide_pictures.py      # needs chromium, `tools/setup.sh browser`
 """
 
@@ -36,6 +38,16 @@ PAGES = {
         ("mesh_rotor", "mode_critical_1", "nodal_diameters", "nodal_diameters_interference"),
     ),
 }
+#: Pages on files in scenes/: name of a picture there, scene and picture of the run.
+OF_FILES = {
+    "asymmetric_rotors": {
+        "keyway_response": ("keyway_shaft", "asymmetric_response"),
+        "keyway_run_up": ("keyway_shaft", "run_up"),
+        "generator_response": ("two_pole_generator", "asymmetric_response"),
+        "fan_campbell": ("two_bladed_fan", "campbell"),
+        "crank_response": ("crank_mesh", "asymmetric_response"),
+    }
+}
 #: Of these, pictures that a run does not draw by itself.
 FURTHER = {"blades": ("mesh_rotor", "mode_critical_1")}
 WIDTH = 900
@@ -43,7 +55,10 @@ WIDTH = 900
 
 def main() -> None:
     """Run the scenes of pages, all or those named, and copy what their pages show."""
-    for page in sys.argv[1:] or PAGES:
+    for page in sys.argv[1:] or (*PAGES, *OF_FILES):
+        if page in OF_FILES:
+            _of_files(page)
+            continue
         scene, pictures = PAGES[page]
         texts = FENCE.findall((DOCS / f"{page}.md").read_text(encoding="utf-8"))
         target = DOCS / page
@@ -60,6 +75,18 @@ def main() -> None:
                 _smaller(Path(folder) / "out" / f"{name}.png", target / f"{name}.png")
             if page == "tutorial":
                 _first_screen(Path(folder) / "out" / "report.html", target / "first_screen.png")
+
+
+def _of_files(page: str) -> None:
+    """Run the scenes of a page that are files, and copy its pictures."""
+    (DOCS / page).mkdir(exist_ok=True)
+    with tempfile.TemporaryDirectory() as folder:
+        for scene in dict.fromkeys(scene for scene, _ in OF_FILES[page].values()):
+            path = DOCS.parent / "scenes" / f"{scene}.toml"
+            command = [sys.executable, "-m", "solidwhirl", "run", path, "--out"]
+            subprocess.run([*command, f"{folder}/{scene}"], check=True)
+        for name, (scene, picture) in OF_FILES[page].items():
+            _smaller(Path(folder) / scene / f"{picture}.png", DOCS / page / f"{name}.png")
 
 
 def _smaller(source: Path, target: Path) -> None:

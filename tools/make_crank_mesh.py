@@ -14,9 +14,9 @@ import gmsh
 HERE = Path(__file__).resolve().parents[1] / "scenes" / "crank_mesh"
 # mm: radii of journals, pin and end, throw, half width and thickness of the webs, reach of the
 # counterweights, and the ends of everything along the axis
-JOURNAL, PIN, END, THROW, HALF_WIDTH, REACH = 24.0, 21.0, 20.0, 30.0, 33.0, 62.0
+JOURNAL, PIN, END, THROW, HALF_WIDTH, REACH = 24.0, 21.0, 20.0, 30.0, 33.0, 68.0
 LEFT, WEB_1, WEB_2, WEB_3, WEB_4, RIGHT, NOSE = 0.0, 50.0, 70.0, 110.0, 130.0, 180.0, 300.0
-SIZE = 24.0
+SIZE = 26.0
 
 
 def main() -> None:

@@ -42,6 +42,8 @@ _SAME_GROWTH, _NO_GROWTH = 1e-2, 1e-3
 _EVEN_PART = 1e-12
 # Damping ratio of a resonance below which it is rounding of a root without damping.
 _UNDAMPED = 1e-9
+# Logarithmic decrement of a motion that hardly swings, ζ = 0.71.
+_CREEPS = 6.3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -236,7 +238,8 @@ def _at(
     diagram = as_campbell(found, rotating.frame_ratio)
     first = {}
     for whirl in ("forward", "backward"):
-        own = np.flatnonzero(diagram.whirl[:, 0] == whirl)
+        slow = diagram.log_decrement[:, 0] < _CREEPS
+        own = np.flatnonzero((diagram.whirl[:, 0] == whirl) & slow)
         own = own[np.argsort(diagram.frequency_hz[own, 0])][:1]
         first[f"first_{whirl}"] = {
             "log_decrement": (decrements(diagram.log_decrement[own, 0]) or [None])[0],

@@ -30,6 +30,10 @@ BODIES = ("bodies/fan.h5", "a.h5", "b.h5", "inner.h5", "out/bodies/rotor.h5", "B
 # Page -> commands run as typed by `make verify`, in a folder of the page, in this order. What is
 # neither here nor in NOT_RUN is run with all tests, in the folder that `beams` makes.
 LONG = {
+    "docs/asymmetric_rotors.md": tuple(
+        f"solidwhirl run scenes/{name}.toml --out out/{name}"
+        for name in ("keyway_shaft", "two_pole_generator", "two_bladed_fan", "crank_mesh")
+    ),
     "README.md": (
         "mpirun -n 2 .venv/bin/solidwhirl batch scenes/sweep.toml --out out/sweep "
         "--operating-rpm 8500 9000",

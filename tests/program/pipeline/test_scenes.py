@@ -242,3 +242,25 @@ def test_masses_of_bodies():
     assert found.polar_inertia_kg_m2 == pytest.approx(polar, rel=1e-12)
     place = (0.2 * shaft + 0.4 / 3 * ring) / (shaft + ring)
     assert found.center_of_gravity_m[2] == pytest.approx(place, rel=1e-12)
+
+
+# -- crank_mesh: unbalance, rigid disk and a centre off the axis ----------------------------------
+
+
+@pytest.mark.solver
+def test_crank_mesh_turns_in_its_own_axes(computed):
+    """Unbalance is mass times offset; rigid motions keep their checks beside a rigid flywheel."""
+    found = computed("crank_mesh")
+    assert not [c for c in found.checks if c.passed is False]
+    asymmetry = found.asymmetry
+    (departure,) = asymmetry.departures.values()
+    # what the counterweights leave of 0.013 kg m of the pin alone, on the side of the pin
+    assert 0.0 < departure.static_unbalance_kg_m < 0.25 * 0.013
+    assert departure.offset_deg == pytest.approx(0.0, abs=0.01)
+    critical = [one for one in asymmetry.critical if one.motion == "lateral"]
+    weight = [one for one in asymmetry.gravity if one.motion == "lateral"]
+    assert len(critical) == len(weight) == 1
+    # a rotor of one frequency has its gravity critical speed at half of the critical one; the
+    # flywheel's gyroscopic effect raises this further than that
+    ratio = critical[0].speed_rad_s / weight[0].speed_rad_s
+    assert 2.0 < ratio < 2.4
