@@ -263,7 +263,7 @@ def _refuse_beside(name: str, mesh: Mesh) -> None:
             f"outside of what encloses the mesh, x from {mesh.points[:, 0].min():.4g} to "
             f"{mesh.points[:, 0].max():.4g} m and y from {mesh.points[:, 1].min():.4g} to "
             f"{mesh.points[:, 1].max():.4g} m about the axis; check axis.origin, axis.direction "
-            "and length_unit"
+            "and length_unit; if it is one of 3 or more equal sectors, say how many (sectors)"
         )
 
 

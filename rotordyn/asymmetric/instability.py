@@ -193,7 +193,17 @@ class _Found:
             frequency_rad_s=0.0 if still else rest,
             kind="divergence" if still else "flutter",
             meeting=self._meeting(first or last, piece),
-            error_rad_s=max((e.moved_rad_s for e in (first, last) if e), default=0.0),
+            error_rad_s=self._error((opens, first, low), (closes, last, high)),
+        )
+
+    def _error(self, *ends: tuple[bool, Converged | None, float]) -> float:
+        """How far ends may lie elsewhere: those that were not found are those of the search."""
+        return max(
+            (
+                0.0 if not inside else end.moved_rad_s if end else _SHIFT * speed
+                for inside, end, speed in ends
+            ),
+            default=0.0,
         )
 
     def _top(self, speed: float) -> complex | None:
@@ -207,10 +217,11 @@ class _Found:
     def _hill(self, start: Root, sought: Sought, allowed: tuple[float, float]) -> Converged | None:
         return converged_root(self._system, self._motions.basis, start, sought, allowed)
 
-    def _end(self, speed: float, other: float) -> Converged:
+    def _end(self, speed: float, other: float) -> Converged | None:
         """Return where growth begins or ends at a speed; it grows towards the other.
 
-        Without damping two motions meet there, else one of them crosses the axis.
+        Without damping two motions meet there, else one of them crosses the axis. None: not found,
+        as where a third motion is near.
         """
         search = self._search
         value = search.at_end(speed, other)
@@ -227,7 +238,7 @@ class _Found:
             end = self._hill(start, sought, (_STAYS * width, np.inf))
             if end and abs(end.root.speed_rad_s - speed) < 0.5 * width + _SHIFT * speed:
                 return end
-        raise AnalysisError(f"the end of an unstable range near {speed:.6g} rad/s was not found")
+        return None
 
     def _meeting(self, end: Converged | None, piece: Piece) -> Meeting | None:
         """Return the modes that what grows is made of, as they are beside the end of a range."""

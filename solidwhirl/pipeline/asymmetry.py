@@ -67,8 +67,10 @@ class Asymmetry:
 
     @property
     def lateral(self) -> tuple[Resonance, ...]:
-        """Critical speeds of lateral motion."""
-        return tuple(one for one in self.critical if one.motion == "lateral")
+        """Critical speeds of lateral motion that is mostly seen once per turn."""
+        return tuple(
+            one for one in self.critical if one.motion == "lateral" and abs(one.multiple) == 1
+        )
 
     def largest_error(self, rule: DampingRule) -> float:
         """Largest error estimate of the resonances of lateral motion that count, nan without."""

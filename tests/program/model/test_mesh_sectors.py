@@ -77,7 +77,7 @@ def test_numbers_of_sectors_that_are_none(folder, value):
 
 
 def test_without_sectors_the_mesh_is_no_body_of_revolution(folder):
-    with pytest.raises(MeshingError, match=r"consists of 3 or more equal sectors, say how many"):
+    with pytest.raises(MeshingError, match=r"one of 3 or more equal sectors, say how many"):
         build_mesh_bodies(scene(folder, sectors=None, interfaces=[]))
 
 

@@ -22,6 +22,7 @@ from solidwhirl.meshing import MeshingError
 from solidwhirl.model.bodies import build_bodies
 from solidwhirl.model.effects import make_plan
 from solidwhirl.pipeline.run import run_scene
+from solidwhirl.rotordyn import AnalysisError
 from solidwhirl.scene_reading.reader import parse_scene
 
 FOLDER = Path(__file__).resolve().parents[3] / "scenes"
@@ -101,7 +102,7 @@ def refused_or_planned(data):
     try:
         scene = parse_scene(data, folder=FOLDER)
         make_plan(scene, build_bodies(scene))
-    except (SceneError, GeometryError, MeshingError) as error:
+    except (SceneError, GeometryError, MeshingError, AnalysisError) as error:
         return str(error)
     return "planned"
 
