@@ -8,23 +8,23 @@ resonances, steady motion, run-ups in time.
 from __future__ import annotations
 
 from solidwhirl.rotordyn.asymmetric.assembly import RotatingSystem, assemble_rotating, at_rest
-from solidwhirl.rotordyn.asymmetric.exponents import floquet_exponents
-from solidwhirl.rotordyn.asymmetric.floquet import floquet_multipliers
-from solidwhirl.rotordyn.asymmetric.growth import (
+from solidwhirl.rotordyn.asymmetric.in_time.growth import (
     FittedGrowth,
     GrowthEnd,
     fitted_growth,
     growth_end,
 )
-from solidwhirl.rotordyn.asymmetric.hill import hill_block
-from solidwhirl.rotordyn.asymmetric.instability import (
+from solidwhirl.rotordyn.asymmetric.in_time.run_up import run_up_rotating
+from solidwhirl.rotordyn.asymmetric.parametric.exponents import floquet_exponents
+from solidwhirl.rotordyn.asymmetric.parametric.floquet import floquet_multipliers
+from solidwhirl.rotordyn.asymmetric.parametric.hill import hill_block
+from solidwhirl.rotordyn.asymmetric.parametric.instability import (
     UnstableRange,
     closed_by_damping,
     unstable_ranges,
 )
-from solidwhirl.rotordyn.asymmetric.meetings import Meeting
+from solidwhirl.rotordyn.asymmetric.parametric.meetings import Meeting
 from solidwhirl.rotordyn.asymmetric.periodic import Joint, PeriodicSystem, turning_body
-from solidwhirl.rotordyn.asymmetric.run_up import run_up_rotating
 
 __all__ = [
     "FittedGrowth",

@@ -18,9 +18,9 @@ from scipy.optimize import linear_sum_assignment
 
 from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.asymmetric.assembly import RotatingSystem
-from solidwhirl.rotordyn.asymmetric.basis import search_basis
-from solidwhirl.rotordyn.asymmetric.constant import ConstantMotions
-from solidwhirl.rotordyn.asymmetric.exponents import PeriodicMotions
+from solidwhirl.rotordyn.asymmetric.parametric.basis import search_basis
+from solidwhirl.rotordyn.asymmetric.parametric.constant import ConstantMotions
+from solidwhirl.rotordyn.asymmetric.parametric.exponents import PeriodicMotions
 from solidwhirl.rotordyn.asymmetric.periodic import Harmonics, PeriodicSystem, Term
 from solidwhirl.rotordyn.asymmetric.response import seen
 from solidwhirl.rotordyn.campbell.diagram import Campbell

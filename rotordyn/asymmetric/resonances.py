@@ -18,8 +18,8 @@ import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.asymmetric.assembly import RotatingSystem
-from solidwhirl.rotordyn.asymmetric.basis import fastest_rate, held_to, search_basis
 from solidwhirl.rotordyn.asymmetric.errors import dynamic_change
+from solidwhirl.rotordyn.asymmetric.parametric.basis import fastest_rate, held_to, search_basis
 from solidwhirl.rotordyn.asymmetric.periodic import Harmonics, PeriodicSystem
 from solidwhirl.rotordyn.asymmetric.response import dynamic_stiffness, held_where_free, seen
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray

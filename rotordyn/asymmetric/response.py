@@ -13,7 +13,7 @@ import scipy.linalg as la
 from solidwhirl.rotordyn.assembly.coordinates import seat_motion
 from solidwhirl.rotordyn.assembly.parts import Bearing, End
 from solidwhirl.rotordyn.asymmetric.assembly import RotatingSystem
-from solidwhirl.rotordyn.asymmetric.hill import hill_block
+from solidwhirl.rotordyn.asymmetric.parametric.hill import hill_block
 from solidwhirl.rotordyn.asymmetric.periodic import Harmonics, PeriodicSystem, Term
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
 from solidwhirl.rotordyn.core.errors import AnalysisError

@@ -10,8 +10,8 @@ from rotors import ground, steel_shaft, turning
 from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.asymmetric import assemble_rotating, unstable_ranges
 from solidwhirl.rotordyn.asymmetric.diagram import as_campbell, rotating_diagram
-from solidwhirl.rotordyn.asymmetric.hill import hill_block
 from solidwhirl.rotordyn.asymmetric.loads import unbalance_force
+from solidwhirl.rotordyn.asymmetric.parametric.hill import hill_block
 from solidwhirl.rotordyn.asymmetric.resonances import critical_speeds
 from solidwhirl.rotordyn.asymmetric.response import steady_response
 from solidwhirl.rotordyn.response.unbalance import Unbalance, unbalance_response

@@ -14,14 +14,14 @@ import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.parts import Bearing
 from solidwhirl.rotordyn.asymmetric.assembly import RotatingSystem
-from solidwhirl.rotordyn.asymmetric.floquet import floquet_multipliers
-from solidwhirl.rotordyn.asymmetric.frame_loads import FrameLoads, frame_loads
-from solidwhirl.rotordyn.asymmetric.gauss_steps import (
+from solidwhirl.rotordyn.asymmetric.in_time.frame_loads import FrameLoads, frame_loads
+from solidwhirl.rotordyn.asymmetric.in_time.gauss_steps import (
     Instants,
     SteppedSystem,
     gauss_steps,
     instants_after,
 )
+from solidwhirl.rotordyn.asymmetric.parametric.floquet import floquet_multipliers
 from solidwhirl.rotordyn.asymmetric.periodic import Harmonics
 from solidwhirl.rotordyn.asymmetric.response import held_where_free, steady_motion
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray

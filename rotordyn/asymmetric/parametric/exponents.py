@@ -16,15 +16,15 @@ import numpy.typing as npt
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.system import Side
-from solidwhirl.rotordyn.asymmetric.basis import fastest_rate, search_basis
-from solidwhirl.rotordyn.asymmetric.floquet import (
+from solidwhirl.rotordyn.asymmetric.parametric.basis import fastest_rate, search_basis
+from solidwhirl.rotordyn.asymmetric.parametric.floquet import (
     GAUSS,
     exponentials,
     magnus_exponent,
     state_rates,
     with_angle,
 )
-from solidwhirl.rotordyn.asymmetric.hill_roots import Root
+from solidwhirl.rotordyn.asymmetric.parametric.hill_roots import Root
 from solidwhirl.rotordyn.asymmetric.periodic import PeriodicSystem
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, Matrix
 from solidwhirl.rotordyn.core.dense import eigensolver_rounding

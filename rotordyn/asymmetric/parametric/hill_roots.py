@@ -12,7 +12,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 import scipy.linalg as la
 
-from solidwhirl.rotordyn.asymmetric.hill import hill_block
+from solidwhirl.rotordyn.asymmetric.parametric.hill import hill_block
 from solidwhirl.rotordyn.asymmetric.periodic import PeriodicSystem
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy.linalg as la
 
-from solidwhirl.rotordyn.asymmetric.gauss_steps import Instants, SteppedSystem, gauss_steps
+from solidwhirl.rotordyn.asymmetric.in_time.gauss_steps import Instants, SteppedSystem, gauss_steps
 from solidwhirl.rotordyn.asymmetric.periodic import PeriodicSystem
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError

@@ -6,7 +6,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from solidwhirl.rotordyn.asymmetric.hill_roots import Root
+from solidwhirl.rotordyn.asymmetric.parametric.hill_roots import Root
 from solidwhirl.rotordyn.core.arrays import FloatArray
 
 # Part of what grows from which a mode is one of those that drive each other.

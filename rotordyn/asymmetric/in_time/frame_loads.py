@@ -11,7 +11,7 @@ import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.asymmetric.assembly import RotatingSystem
-from solidwhirl.rotordyn.asymmetric.gauss_steps import Instants
+from solidwhirl.rotordyn.asymmetric.in_time.gauss_steps import Instants
 from solidwhirl.rotordyn.asymmetric.loads import gravity_force, own_unbalance
 from solidwhirl.rotordyn.asymmetric.periodic import Harmonics
 from solidwhirl.rotordyn.core.arrays import FloatArray

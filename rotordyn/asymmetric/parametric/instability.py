@@ -12,12 +12,22 @@ from typing import Any, Literal
 
 import numpy as np
 
-from solidwhirl.rotordyn.asymmetric.basis import fastest_rate, highest_rate, search_basis
-from solidwhirl.rotordyn.asymmetric.constant import ConstantMotions
-from solidwhirl.rotordyn.asymmetric.exponents import PeriodicMotions
-from solidwhirl.rotordyn.asymmetric.floquet import floquet_multipliers
-from solidwhirl.rotordyn.asymmetric.hill_roots import Converged, Root, Sought, converged_root
-from solidwhirl.rotordyn.asymmetric.meetings import Meeting, beyond_strides, of_modes, with_itself
+from solidwhirl.rotordyn.asymmetric.parametric.basis import fastest_rate, highest_rate, search_basis
+from solidwhirl.rotordyn.asymmetric.parametric.constant import ConstantMotions
+from solidwhirl.rotordyn.asymmetric.parametric.exponents import PeriodicMotions
+from solidwhirl.rotordyn.asymmetric.parametric.floquet import floquet_multipliers
+from solidwhirl.rotordyn.asymmetric.parametric.hill_roots import (
+    Converged,
+    Root,
+    Sought,
+    converged_root,
+)
+from solidwhirl.rotordyn.asymmetric.parametric.meetings import (
+    Meeting,
+    beyond_strides,
+    of_modes,
+    with_itself,
+)
 from solidwhirl.rotordyn.asymmetric.periodic import PeriodicSystem, Term
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.stability.unstable_windows import Piece, Search
