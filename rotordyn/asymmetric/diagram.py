@@ -41,6 +41,8 @@ _ROOM = 2.0
 _ANSWER = 3e-4
 # Circles that differ by less are a line; decrements below this are rounding.
 _LINE, _UNDAMPED = 1e-2, 1e-9
+# Frequencies of a line change by no more than this part of the turn, and by a part of their own.
+_STEEPEST, _JUMP = 2.2, 0.02
 _SEEN = ("line_rad_s", "forward", "backward", "axial", "inside")
 
 
@@ -241,7 +243,8 @@ def _turning_ends(rotating: RotatingSystem) -> list[End]:
 def as_campbell(found: RotatingDiagram, frame_ratio: float) -> Campbell:
     """Return the strongest line of each branch as a diagram in fixed axes.
 
-    Over the speed of the reference shaft. Decrements are those of that line.
+    Over the speed of the reference shaft. Decrements are those of that line. Where another line
+    becomes the strongest a branch ends, and one begins.
     """
     pick = found.strongest()[:, None, :]
     hertz, forward, backward = (
@@ -252,13 +255,23 @@ def as_campbell(found: RotatingDiagram, frame_ratio: float) -> Campbell:
     whirl = np.where(forward > backward, "forward", "backward").astype("U8")
     planar = np.abs(forward - backward) <= _LINE * np.maximum(lateral, _LINE)
     growth = found.eigenvalues.real
+    step = np.diff(found.speeds_rad_s) / (2.0 * np.pi)
+    jumps = np.abs(np.diff(hertz)) > _STEEPEST * step + _JUMP * hertz[:, :-1]
+    pieces = np.concatenate(
+        [np.zeros((len(hertz), 1), dtype=int), np.cumsum(jumps, axis=1)], axis=1
+    )
     decrement = np.divide(-growth, hertz, out=np.zeros_like(growth), where=hertz > 0)
+    whirl = np.where(planar | (lateral <= 0.5 * _LINE), "planar", whirl)
+    rows = [(b, p) for b, own in enumerate(pieces) for p in range(own[-1] + 1)]
+    own = np.array([b for b, _ in rows], dtype=int)
+    alive = np.array([pieces[b] == p for b, p in rows]).reshape(len(rows), -1)
+    decrement = np.where(np.abs(decrement) <= _UNDAMPED, 0.0, decrement)
     return Campbell(
         speeds_rad_s=found.speeds_rad_s / abs(frame_ratio),
-        eigenvalues=growth + 2j * np.pi * hertz,
-        frequency_hz=hertz,
-        log_decrement=np.where(np.abs(decrement) <= _UNDAMPED, 0.0, decrement),
-        whirl=np.where(planar | (lateral <= 0.5 * _LINE), "planar", whirl),
-        overlap=np.ones_like(hertz),
+        eigenvalues=np.where(alive, (growth + 2j * np.pi * hertz)[own], np.nan),
+        frequency_hz=np.where(alive, hertz[own], np.nan),
+        log_decrement=np.where(alive, decrement[own], np.nan),
+        whirl=np.where(alive, whirl[own], ""),
+        overlap=np.ones(alive.shape),
         notes=(),
     )
