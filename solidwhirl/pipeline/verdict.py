@@ -79,12 +79,13 @@ def _critical_speeds(
 
 
 def _gravity_critical_speeds(document: Mapping[str, Any]) -> list[dict[str, Any]] | None:
-    """Those of lateral motion; None where all bodies are the same in all directions."""
+    """Those of lateral motion at twice the speed; None where all bodies are alike all around."""
     found = document.get("asymmetry")
     if found is None:
         return None
     keys = ("speed_rpm", "damping_ratio", "error_estimate")
-    own = [r for r in found["gravity_critical_speeds"] if r["motion"] == "lateral"]
+    every = found["gravity_critical_speeds"]
+    own = [r for r in every if r["motion"] == "lateral" and abs(r["multiple"]) == 2]
     return [{key: r[key] for key in keys} for r in own]
 
 
