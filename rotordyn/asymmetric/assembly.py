@@ -83,6 +83,16 @@ class RotatingSystem(ReadOnlyArrays):
         motion = seat_motion(self, end)
         return in_fixed_axes(motion, self.sense) if end.body in self.turned else {0: motion}
 
+    def turning_ends(self) -> list[End]:
+        """Return the interfaces with ux and uy of all bodies that turn."""
+        return [
+            End(body=name, interface=node.name)
+            for name, rotor in self.system.rotors.items()
+            if rotor.speed_ratio != 0
+            for node in rotor.element.interfaces
+            if {"ux", "uy"} <= set(rotor.element.components_at(node.name))
+        ]
+
     def relative(self, bearing: Bearing) -> Harmonics:
         """Return ux to rz of a bearing's first side relative to its second, as `seat`."""
         motion = self.seat(bearing.first)

@@ -100,7 +100,7 @@ def rotating_diagram(
         columns.append(_followed(rotating.periodic, before, after, columns[-1]))
     reach = 1 + _SHOWN * periodic.stride
     multiples = np.arange(-reach, reach + 1)
-    ends = _turning_ends(rotating)
+    ends = rotating.turning_ends()
     lines = [
         [_lines(rotating, state, k, ends, multiples) for k in chosen]
         for state, chosen in zip(states, columns, strict=True)
@@ -228,16 +228,6 @@ def _gyration(rotating: RotatingSystem, end: End) -> float:
     """Radius of gyration of a body about the axis, m: what a turn moves it by."""
     element = rotating.system.rotors[end.body].element
     return float(np.sqrt(element.inertia_kg_m2[2, 2] / element.mass_kg))
-
-
-def _turning_ends(rotating: RotatingSystem) -> list[End]:
-    return [
-        End(body=name, interface=node.name)
-        for name, rotor in rotating.system.rotors.items()
-        if rotor.speed_ratio != 0
-        for node in rotor.element.interfaces
-        if {"ux", "uy"} <= set(rotor.element.components_at(node.name))
-    ]
 
 
 def as_campbell(found: RotatingDiagram, frame_ratio: float) -> Campbell:

@@ -16,13 +16,12 @@ from typing import Literal, NamedTuple
 import numpy as np
 import scipy.linalg as la
 
-from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.asymmetric.assembly import RotatingSystem
 from solidwhirl.rotordyn.asymmetric.errors import dynamic_change
 from solidwhirl.rotordyn.asymmetric.parametric.basis import fastest_rate, held_to, search_basis
 from solidwhirl.rotordyn.asymmetric.periodic import Harmonics, PeriodicSystem
 from solidwhirl.rotordyn.asymmetric.response import dynamic_stiffness, held_where_free, seen
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
+from solidwhirl.rotordyn.core.arrays import ComplexArray
 
 # Harmonics on either side to begin with, and at most.
 _FIRST, _MOST = 3, 12
@@ -75,7 +74,7 @@ class Resonance:
 def critical_speeds(rotating: RotatingSystem, low: float, high: float) -> tuple[Resonance, ...]:
     """Return the speeds at which loads fixed to the body, as unbalance, are in resonance."""
     n = rotating.periodic.size
-    rows = [rotating.seat(end) for end in _turning_ends(rotating)]
+    rows = [rotating.seat(end) for end in rotating.turning_ends()]
     loads = [{0: sum(part[:2] for part in seat.values())} for seat in rows]
     given = np.vstack([load[0].real for load in loads]) if loads else np.zeros((0, n))
     return resonances(rotating, {0: given.T}, (low, high))
@@ -269,7 +268,7 @@ def _newton(
 def _most_seen(rotating: RotatingSystem, motion: Harmonics) -> tuple[int, float]:
     """The multiple of the speed that turning interfaces move with most, and its part."""
     sizes: dict[int, float] = {}
-    for end in _turning_ends(rotating):
+    for end in rotating.turning_ends():
         for h, u in seen(rotating.seat(end), motion).items():
             # forward and backward circles of ux + i uy
             for multiple, circle in ((h, u[0] + 1j * u[1]), (-h, np.conj(u[0] - 1j * u[1]))):
@@ -298,16 +297,6 @@ def _motion(rotating: RotatingSystem, motion: Harmonics) -> Literal["lateral", "
     return max(("lateral", "axial", "torsion"), key=lambda kind: energy[kind])
 
 
-def _turning_ends(rotating: RotatingSystem) -> list[End]:
-    return [
-        End(body=name, interface=node.name)
-        for name, rotor in rotating.system.rotors.items()
-        if rotor.speed_ratio != 0
-        for node in rotor.element.interfaces
-        if {"ux", "uy"} <= set(rotor.element.components_at(node.name))
-    ]
-
-
 def _distinct(found: Sequence[Resonance]) -> tuple[Resonance, ...]:
     """Resonances by rising speed; those that two expansions both found once."""
     out: list[Resonance] = []
@@ -316,8 +305,3 @@ def _distinct(found: Sequence[Resonance]) -> tuple[Resonance, ...]:
             continue
         out.append(one)
     return tuple(out)
-
-
-def speeds_of(found: Sequence[Resonance]) -> FloatArray:
-    """Speeds of resonances, rad/s."""
-    return np.array([one.speed_rad_s for one in found])
