@@ -308,7 +308,7 @@ REFUSED = {
     "a turning block": (
         {"file": "block.inp", "length_unit": "mm", "interfaces": []},
         MeshingError,
-        "mesh_bodies.rotor: body 'rotor' turns, but it is",
+        "mesh_bodies.rotor: body 'rotor' lies beside its axis",
     ),
     "half a seat": (
         {

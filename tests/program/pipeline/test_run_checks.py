@@ -33,7 +33,7 @@ def checked(results, **changes):
     )
     engine = found("elements", "system")
     engine.job, engine.reduced = results, changes.get("bodies", results.bodies)
-    return run_checks(engine, found("at_rest", "campbell", "critical_speeds"))
+    return run_checks(engine, found("at_rest", "campbell", "critical_speeds", "asymmetry"))
 
 
 def bad(checks):

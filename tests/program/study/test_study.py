@@ -10,6 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from solidwhirl.cli import app
+from solidwhirl.core.machine import MachineSpeed
 from solidwhirl.identify.scene import scene_text
 from solidwhirl.scene_reading.reader import parse_scene
 from solidwhirl.study import run as study_run
@@ -156,7 +157,10 @@ def cases(small_scene):
 
 @pytest.fixture
 def process(monkeypatch, measurement):
-    """Stand-in for the process of a case: the cases that were run, and what one says by number."""
+    """Stand-in for the process of a case: the cases that were run, and what one says by number.
+
+    The machine is fast enough for every case: which of them are skipped is another test.
+    """
     asked, said, patience = [], {}, []
 
     def run(case, patience_s):
@@ -168,6 +172,8 @@ def process(monkeypatch, measurement):
         return answer
 
     monkeypatch.setattr(study_run, "measured_apart", run)
+    fast = MachineSpeed(gflops=100.0, gbytes_per_s=50.0)
+    monkeypatch.setattr(study_run, "machine_speed", lambda: fast)
     return asked, said, patience
 
 
