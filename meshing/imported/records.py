@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from solidwhirl.geometry import Body, Interface, Material, RigidDisk
+from solidwhirl.geometry import Body, Interface, Material, RigidDisk, symmetry
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.own.prediction import PredictedMesh
 from solidwhirl.meshing.records import FloatArray, IntArray
@@ -144,6 +144,15 @@ class MeshedBody:
 
 #: A body from a profile or from a file, and an interface of it.
 AnyBody = Body | MeshedBody
+
+
+def is_asymmetric(body: AnyBody) -> bool:
+    """Whether a body turns and bends unlike in two planes."""
+    if isinstance(body, MeshedBody):
+        return body.request.shape == "asymmetric"
+    return symmetry(body) == "asymmetric"
+
+
 AnyInterface = Interface | MeshInterface
 
 

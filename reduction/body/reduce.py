@@ -11,7 +11,7 @@ import numpy as np
 
 from solidwhirl.core.reduction_work import ReductionWork
 from solidwhirl.meshing import Mesh
-from solidwhirl.meshing.imported.records import AnyBody, MeshedBody
+from solidwhirl.meshing.imported.records import AnyBody, MeshedBody, is_asymmetric
 from solidwhirl.reduction.basis.craig_bampton import Basis, orthogonality_error
 from solidwhirl.reduction.basis.pairing import evenness
 from solidwhirl.reduction.basis.reduced_block import ReducedBlock, joined_rows
@@ -193,12 +193,9 @@ def _indicators(
 
 def _properties(body: AnyBody, rigid_mass: FloatArray | None) -> MassProperties:
     """Mass properties of the meshed part: the mesh's own where it only approximates the body."""
-    if isinstance(body, MeshedBody):
+    if isinstance(body, MeshedBody) or is_asymmetric(body):
         assert rigid_mass is not None
         return superelements.mesh_properties(rigid_mass, shape_of(body))
-    if shape_of(body) == "asymmetric":
-        assert rigid_mass is not None
-        return superelements.mesh_properties(rigid_mass, "asymmetric")
     if rigid_mass is not None:
         return superelements.mesh_mass_properties(rigid_mass)
     return verification.meshed_part_properties(body)

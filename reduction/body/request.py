@@ -6,9 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from solidwhirl.geometry.parts import symmetry
 from solidwhirl.meshing import Mesh
-from solidwhirl.meshing.imported.records import AnyBody, MeshedBody
+from solidwhirl.meshing.imported.records import AnyBody, MeshedBody, is_asymmetric
 from solidwhirl.reduction.operators.matrices import BodyOperators, OperatorEffects, build_operators
 
 _AXIAL = ("uz", "rz")
@@ -50,7 +49,7 @@ def shape_of(body: AnyBody) -> str:
     """Return what the reduction may assume of a solid, see `OperatorEffects.shape`."""
     if isinstance(body, MeshedBody):
         return body.request.shape
-    return "asymmetric" if symmetry(body) == "asymmetric" else "cyclic"
+    return "asymmetric" if is_asymmetric(body) else "cyclic"
 
 
 def solved_orders(body: AnyBody, request: ReductionRequest) -> tuple[int | None, ...]:

@@ -10,13 +10,13 @@ import numpy as np
 import scipy.linalg
 from scipy.sparse.csgraph import connected_components
 
-from solidwhirl.meshing.imported.records import AnyBody
+from solidwhirl.meshing.imported.records import AnyBody, is_asymmetric
 from solidwhirl.reduction.basis import pairing
 from solidwhirl.reduction.basis.craig_bampton import Basis
 from solidwhirl.reduction.basis.free_motion import rigid_coefficients, without_rigid_force
 from solidwhirl.reduction.basis.reduced_block import ReducedBlock, joined_order, planes
 from solidwhirl.reduction.body.mass_moments import BlockMoments, joined_moments
-from solidwhirl.reduction.body.request import ReductionRequest, shape_of, solved_orders
+from solidwhirl.reduction.body.request import ReductionRequest, solved_orders
 from solidwhirl.reduction.body.surfaces import recovery_modes
 from solidwhirl.reduction.operators.kinematics import COMPONENTS
 from solidwhirl.reduction.operators.matrices import BodyOperators, turned_mean
@@ -131,7 +131,7 @@ def build_superelement(
     blocks = [found.block for found in orders]
     flat = [c for b in blocks for c in b.coordinates]
     order = joined_order(body, blocks)
-    frame: Frame = "rotating" if shape_of(body) == "asymmetric" else "inertial"
+    frame: Frame = "rotating" if is_asymmetric(body) else "inertial"
 
     def joined(name: str) -> FloatArray:
         whole = scipy.linalg.block_diag(*[b.matrices[name] for b in blocks])

@@ -311,12 +311,13 @@ def sector_matrices(
     prestress: Any,
     unknowns: Unknowns,
 ) -> dict[str, Any]:
-    """Return the matrices of one cyclic index of a sector by name, in inertial coordinates.
+    """Return the matrices of one cyclic index of a sector, or of a whole solid in its own axes.
 
     A turn of the frame multiplies the amplitudes of index 1 by a phase, so that what is constant in
     the frame that turns with the body is so in the fixed one too (multi-blade coordinates): with
     C = ∫ρ v·(e_z×u), N = M - iC and S = ∫ρ (e_z×v)·(e_z×u) + M - 2iC the matrices are those of the
-    meridian. Real fields, as of index 0, have G = 2C and S = ∫ρ (e_z×v)·(e_z×u).
+    meridian, in inertial coordinates. Real fields, as of index 0 and of a whole solid, have G = 2C
+    and S = ∫ρ (e_z×v)·(e_z×u).
 
     `parts`: K of all of u, and M of one component. `prestress`: stress at unit speed (UFL), None
     without it. Returned: operators that are products with blocks; `folded` makes matrices of them.
@@ -328,33 +329,6 @@ def sector_matrices(
     }
     for name, found in solid_matrices.sector_spin(unknowns, kin.families, one).items():
         if effects.gyroscopic if name == "gyroscopic" else effects.centrifugal:
-            matrices[name] = found
-    if prestress is not None:
-        stiffening = solid_matrices.component_stiffening(space, kin, prestress, dx)
-        matrices["stress_stiffening"] = solid_matrices.sector_componentwise(unknowns, stiffening)
-    return matrices
-
-
-def rotating_matrices(
-    space: Any,
-    kin: Kinematics,
-    parts: tuple[Any, Any],
-    dx: Any,
-    effects: OperatorEffects,
-    prestress: Any,
-    unknowns: Unknowns,
-) -> dict[str, Any]:
-    """Return the matrices of a whole solid in its own axes, as products with blocks.
-
-    Arguments as of `sector_matrices`.
-    """
-    stiffness, one = parts
-    matrices: dict[str, Any] = {
-        "stiffness": solid_matrices.SectorStiffness(unknowns=unknowns, matrix=stiffness)
-    }
-    for name, found in solid_matrices.rotating_products(unknowns, one).items():
-        asked = {"gyroscopic": effects.gyroscopic, "spin_softening": effects.centrifugal}
-        if asked.get(name, True):
             matrices[name] = found
     if prestress is not None:
         stiffening = solid_matrices.component_stiffening(space, kin, prestress, dx)

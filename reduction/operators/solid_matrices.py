@@ -219,30 +219,17 @@ def sector_spin(unknowns: Unknowns, families: int, mass: Any) -> dict[str, Secto
         softening = _LATERAL + _ALL - 2j * _QUARTER
     else:
         kind = SectorOperator if unknowns.imaginary is None else HalfSectorSpin
-        spin = kind(unknowns=unknowns, component=mass, directions=2.0 * _QUARTER + 0j)
-        softening = _LATERAL + 0j
+        spin = kind(unknowns=unknowns, component=mass, directions=2.0 * _QUARTER)
+        softening = _LATERAL
     return {
         "gyroscopic": spin,
         "spin_softening": SectorOperator(unknowns=unknowns, component=mass, directions=softening),
     }
 
 
-def rotating_products(unknowns: Unknowns, mass: Any) -> dict[str, SectorOperator]:
-    """Return M, G = 2C and S of a whole solid in its own axes as products with blocks.
-
-    `mass`: of one component.
-    """
-    directions = {"mass": _ALL, "gyroscopic": 2.0 * _QUARTER, "spin_softening": _LATERAL}
-    return {
-        name: SectorOperator(unknowns=unknowns, component=mass, directions=own)
-        for name, own in directions.items()
-    }
-
-
 def sector_componentwise(unknowns: Unknowns, component: Any) -> SectorOperator:
-    """Operator of a sector that acts on every component alike, as M and Kσ."""
-    every = _ALL + 0j if unknowns.is_complex else _ALL
-    return SectorOperator(unknowns=unknowns, component=component, directions=every)
+    """Operator of a sector or a whole that acts on every component alike, as M and Kσ."""
+    return SectorOperator(unknowns=unknowns, component=component, directions=_ALL)
 
 
 def _skew_twice(matrix: Any) -> Any:

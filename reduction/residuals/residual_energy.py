@@ -34,7 +34,6 @@ from solidwhirl.reduction.operators.matrices import (
     BodyOperators,
     assembled,
     meridian_matrices,
-    rotating_matrices,
     sector_matrices,
 )
 from solidwhirl.reduction.operators.solid_matrices import SectorStiffness, component_mass
@@ -368,8 +367,9 @@ def _finer_operators(
         u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
         stiffness = assembled(forms.stiffness_form(kin, matter, u, v, dx))
         parts = (stiffness, component_mass(space, kin, matter, dx))
-        made = rotating_matrices if operators.rotating else sector_matrices
-        matrices = made(space, kin, parts, dx, given.effects, prestress, coupling.unknowns)
+        matrices = sector_matrices(
+            space, kin, parts, dx, given.effects, prestress, coupling.unknowns
+        )
     return replace(operators, coupling=coupling, space=space, **matrices)
 
 

@@ -20,8 +20,8 @@ from solidwhirl.core.machine import (
 from solidwhirl.cost.coefficients import BASE_GIB
 from solidwhirl.cost.memory import refuse_what_does_not_fit, with_chosen_solvers
 from solidwhirl.cost.work import Cost, RunCost, predict_body_cost, predict_cost
-from solidwhirl.geometry import Body, symmetry
-from solidwhirl.meshing.imported.records import MeshedBody
+from solidwhirl.geometry import Body
+from solidwhirl.meshing.imported.records import AnyBody, MeshedBody, is_asymmetric
 from solidwhirl.meshing.own.prediction import PredictedMesh, predict_refined, predict_revolved
 from solidwhirl.model.plan_records import Plan
 from solidwhirl.model.resolution import choose_resolution
@@ -194,12 +194,11 @@ def shortage_of(
     return shortage
 
 
-def _refined(body: Body | MeshedBody, level: str, chosen: Discretisation) -> PredictedMesh | None:
+def _refined(body: AnyBody, level: str, chosen: Discretisation) -> PredictedMesh | None:
     """The next mesh of a body as expected; None: that of its plan."""
     if chosen.local is None:
         return None
-    whole = isinstance(body, Body) and symmetry(body) == "asymmetric"
-    mesh = predict_refined(chosen.local, whole=whole)
+    mesh = predict_refined(chosen.local, whole=is_asymmetric(body))
     return mesh if level == "harmonic" or mesh.dimension == 3 else predict_revolved(mesh)
 
 

@@ -12,8 +12,8 @@ import numpy as np
 
 from solidwhirl.analyses.registry import KINDS
 from solidwhirl.geometry import Body
-from solidwhirl.meshing.imported.records import MeshedBody
-from solidwhirl.model.mesh_bodies import base_plan, build_mesh_bodies, is_asymmetric, mesh_plan
+from solidwhirl.meshing.imported.records import AnyBody, is_asymmetric
+from solidwhirl.model.mesh_bodies import base_plan, build_mesh_bodies, mesh_plan
 from solidwhirl.model.plan_records import BodyPlan, Effect, Plan
 from solidwhirl.model.resolution import choose_resolution
 from solidwhirl.rotordyn.core.errors import AnalysisError
@@ -37,7 +37,7 @@ def make_plan(scene: Scene, bodies: Mapping[str, Body], level: str | None = None
     the scene's "auto" (see `solidwhirl.bodies.fidelity`), of bodies without features.
     """
     mesh_bodies = build_mesh_bodies(scene)
-    every: dict[str, Body | MeshedBody] = {**bodies, **mesh_bodies}
+    every: dict[str, AnyBody] = {**bodies, **mesh_bodies}
     asymmetric = {name: body for name, body in every.items() if is_asymmetric(body)}
     _refuse_kinds(scene, list(asymmetric))
     speeds = scene_speeds(scene)

@@ -12,7 +12,7 @@ from typing import Any
 
 from solidwhirl.core.errors import clean
 from solidwhirl.core.machine import available_memory_gib
-from solidwhirl.geometry import Body, GeometryError, Material, RigidDisk, symmetry
+from solidwhirl.geometry import Body, GeometryError, Material, RigidDisk
 from solidwhirl.meshing import Mesh, MeshingError, MeshSize
 from solidwhirl.meshing.imported.body import body_of_mesh, is_round, mesh_from_file, mesh_of
 from solidwhirl.meshing.imported.formats.step import mesh_step, step_geometry
@@ -57,13 +57,6 @@ def made_mesh(body: MeshedBody) -> Mesh:
     """
     with _named(body.name):
         return _mesh(body.request, body.name)
-
-
-def is_asymmetric(body: Body | MeshedBody) -> bool:
-    """Whether a body turns and bends unlike in two planes."""
-    if isinstance(body, MeshedBody):
-        return body.request.shape == "asymmetric"
-    return symmetry(body) == "asymmetric"
 
 
 def described(body: MeshedBody, mesh: Mesh) -> MeshedBody:
