@@ -31,7 +31,7 @@ from solidwhirl.geometry import (
     subdivide,
     symmetry,
 )
-from solidwhirl.geometry.feature_shapes import bottom_distance, hole_range
+from solidwhirl.geometry.feature_shapes import bottom_distance, hole_range, largest_radius
 from solidwhirl.geometry.features import FEWEST
 from solidwhirl.meshing.own.drawing import face_bounds, face_edges, graded_places
 from solidwhirl.meshing.own.features.sizes import AROUND, edge_at_hole
@@ -369,7 +369,7 @@ def _of_hole(hole: Hole, depth_m: float, size: MeshSize) -> tuple[float, float]:
 def _of_recess(recess: Recess, section: Section, size: MeshSize) -> float:
     """Regular tetrahedra that the re-entrant edges of one recess add, in 3/4 of the circle."""
     length = recess.end_m - recess.start_m
-    bottom, outer = bottom_distance(recess, section), max(section.outer_radius_m)
+    bottom, outer = bottom_distance(recess, section), largest_radius(section)
     walls = sum((recess.start_m > section.start_m, recess.end_m < section.end_m))
     if isinstance(recess, Flat):
         edges = walls * 2.0 * np.sqrt(outer**2 - bottom**2)

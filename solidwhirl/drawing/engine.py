@@ -28,6 +28,7 @@ from solidwhirl.drawing.shapes import (
     ruler_steps,
 )
 from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.superelement.validation import MOTIONS
 from solidwhirl.scene.joints import BearingSpec
 from solidwhirl.scene.records import Scene
 
@@ -254,7 +255,7 @@ def stiffness_text(bearing: BearingSpec) -> str:
     """Say in a few words how a bearing holds."""
     said = []
     if bearing.rigid:
-        every = {"ux", "uy", "uz", "rx", "ry", "rz"} <= set(bearing.rigid)
+        every = set(MOTIONS) <= set(bearing.rigid)
         said.append("rigid" if every else f"rigid {' '.join(bearing.rigid)}")
     matrix = np.array(bearing.stiffness_n_per_m, dtype=float)
     if matrix.any():

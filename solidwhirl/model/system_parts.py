@@ -30,6 +30,7 @@ from solidwhirl.rotordyn import (
 )
 from solidwhirl.rotordyn.asymmetric import RotatingSystem, assemble_rotating, at_rest
 from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.superelement.validation import MOTIONS
 from solidwhirl.scene.joints import (
     BeamSpec,
     BearingSpec,
@@ -49,7 +50,6 @@ _OF_EFFECT = {
     "axial": ("axial", ("uz",)),
     "torsion": ("torsion", ("rz",)),
 }
-_MOTIONS = ("ux", "uy", "uz", "rx", "ry", "rz")
 
 
 def engine_of(scene: Scene, plan: Plan, elements: Mapping[str, Superelement]) -> AssembledSystem:
@@ -88,7 +88,7 @@ def simple_elements(scene: Scene, plan: Plan) -> dict[str, Superelement]:
             body.center_of_gravity_m,
             body.inertia_kg_m2,
             body.interfaces,
-            components=tuple(m for m in _MOTIONS if m not in held),  # type: ignore[misc]
+            components=tuple(m for m in MOTIONS if m not in held),
         )
     if still:
         elements = {k: replace(e, gyroscopic=np.zeros((e.size,) * 2)) for k, e in elements.items()}
@@ -116,7 +116,7 @@ def _beam(scene: Scene, plan: Plan, name: str, spec: BeamSpec) -> Superelement:
             )
             for d in spec.disks
         ],
-        components=tuple(m for m in _MOTIONS if m in {"ux", "uy", "rx", "ry", *carried}),  # type: ignore[misc]
+        components=tuple(m for m in MOTIONS if m in {"ux", "uy", "rx", "ry", *carried}),
     )
 
 

@@ -81,43 +81,36 @@ class SlotSpec(Record):
         return _without_unused(content(self), per_group=1, pitch_deg=None)
 
 
-class KeywaySpec(Record):
+class RecessSpec(Record):
+    """What is cut out of the outer part of a section, singly or at equal angles."""
+
+    name: Name
+    within: Annotated[Name, Field(alias="in")]
+    count: FeatureCount = 1
+    start_m: Finite
+    end_m: Finite
+    angle_deg: Finite = 0.0
+
+
+class KeywaySpec(RecessSpec):
     """Equal keyways in the outer surface of a section."""
 
-    name: Name
-    within: Annotated[Name, Field(alias="in")]
-    count: FeatureCount = 1
     width_m: Positive
     depth_m: Positive
-    start_m: Finite
-    end_m: Finite
     ends: Literal["round", "square"] = "round"
-    angle_deg: Finite = 0.0
 
 
-class FlatSpec(Record):
+class FlatSpec(RecessSpec):
     """Equal flats on the outer surface of a section."""
 
-    name: Name
-    within: Annotated[Name, Field(alias="in")]
-    count: FeatureCount = 1
     distance_m: Positive
-    start_m: Finite
-    end_m: Finite
-    angle_deg: Finite = 0.0
 
 
-class CutSpec(Record):
+class CutSpec(RecessSpec):
     """Equal ring sectors that are cut out of the outer part of a section."""
 
-    name: Name
-    within: Annotated[Name, Field(alias="in")]
-    count: FeatureCount = 1
     width_deg: Positive
     depth_m: Positive
-    start_m: Finite
-    end_m: Finite
-    angle_deg: Finite = 0.0
 
 
 def _without_unused(content: dict[str, Any], **unused: object) -> dict[str, Any]:

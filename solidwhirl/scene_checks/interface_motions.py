@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from solidwhirl.rotordyn.superelement.validation import MOTIONS
 from solidwhirl.scene.joints import BearingSpec, RigidBodySpec
 from solidwhirl.scene.records import Scene
 
@@ -82,7 +83,7 @@ def carried_motions(scene: Scene, on: set[str]) -> dict[str, tuple[str, ...]]:
     }
     solids = scene.finite_element_bodies().items()
     disks = {f"{n}.{disk.interface}" for n, b in solids for disk in b.rigid_disks}
-    out = {}
+    out: dict[str, tuple[str, ...]] = {}
     for body, names in scene.interface_names().items():
         places = [f"{body}.{name}" for name in names]
         # a rigid disk takes part in all that its body can do: it has mass and polar inertia
@@ -93,6 +94,5 @@ def carried_motions(scene: Scene, on: set[str]) -> dict[str, tuple[str, ...]]:
             motions |= everywhere | set(LATERAL) | (moved if place in disks else set())
             if motions & {"rx", "ry"}:  # both, so that the body stays the same in all directions
                 motions |= {"rx", "ry"}
-            order = ("ux", "uy", "uz", "rx", "ry", "rz")
-            out[place] = tuple(m for m in order if m in motions)
+            out[place] = tuple(m for m in MOTIONS if m in motions)
     return out

@@ -25,6 +25,7 @@ from solidwhirl.geometry import (
     places_rad,
     sector_count,
 )
+from solidwhirl.geometry.feature_shapes import bottom_distance, largest_radius
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.records import FloatArray
 
@@ -86,7 +87,7 @@ def blade_corners(blade: Blade, section: Section, x_m: FloatArray | float) -> Fl
     In the frame of the blade, whose radial line is x. Chord, thickness and stagger change linearly
     from root to tip, and go on so below the root.
     """
-    share = (np.asarray(x_m) - max(section.outer_radius_m)) / blade.length_m
+    share = (np.asarray(x_m) - largest_radius(section)) / blade.length_m
     ends = (blade.chord_m, blade.thickness_m, blade.stagger_deg)
     chord, thickness, stagger = ((a + share * (b - a))[..., None] for a, b in ends)
     s = 0.5 * chord * np.array([-1.0, 1.0, 1.0, -1.0])
@@ -124,7 +125,7 @@ def angles_of(feature: Feature, body: Body) -> tuple[FloatArray, FloatArray]:
         section = section_named(body, feature.on)
         x, y, _ = root_outline(feature, section).T
         root = np.arctan2(y, x)
-        tip_radius = max(section.outer_radius_m) + feature.length_m
+        tip_radius = largest_radius(section) + feature.length_m
         tip = np.arctan2(blade_corners(feature, section, tip_radius)[:, 0], tip_radius)
         corners = root[::_ALONG]
         return np.array([root.min(), root.max()]), np.concatenate([corners, tip])
@@ -133,11 +134,12 @@ def angles_of(feature: Feature, body: Body) -> tuple[FloatArray, FloatArray]:
     elif isinstance(feature, RingCut):
         half = 0.5 * np.radians(feature.width_deg)
     else:
-        outer = max(section_named(body, feature.within).outer_radius_m)
+        section = section_named(body, feature.within)
+        bottom = bottom_distance(feature, section)
         if isinstance(feature, Slot):
-            half = np.arctan2(0.5 * feature.width_m, outer - feature.depth_m)
+            half = np.arctan2(0.5 * feature.width_m, bottom)
         else:
-            half = np.arccos(feature.distance_m / outer)
+            half = np.arccos(bottom / largest_radius(section))
     return np.array([-half, half]), np.array([-half, half])
 
 

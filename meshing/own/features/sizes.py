@@ -17,7 +17,7 @@ from solidwhirl.geometry import (
     Subdivision,
     places_rad,
 )
-from solidwhirl.geometry.feature_shapes import bottom_distance, hole_range
+from solidwhirl.geometry.feature_shapes import bottom_distance, hole_range, largest_radius
 from solidwhirl.meshing.own import drawing as drawn
 from solidwhirl.meshing.own.features.cut import Cut, section_named
 from solidwhirl.meshing.own.features.solids import Solids
@@ -169,7 +169,7 @@ def _inside_edges(recess: Recess, section: Section, points: FloatArray, near: fl
     closed = [e for e, own in zip(ends, inside, strict=False) if own]
     walls = np.array([*outside, *closed])
     within = np.all(np.array([*outside, *ends]) < near, axis=0)
-    surface = r > max(section.outer_radius_m) - near
+    surface = r > largest_radius(section) - near
     return np.asarray(within & ~surface & ((np.abs(walls) < near).sum(axis=0) >= 2))
 
 

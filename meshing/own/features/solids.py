@@ -8,7 +8,7 @@ import gmsh
 import numpy as np
 
 from solidwhirl.geometry import Blade, Body, Feature, Flat, Hole, Recess, RingCut, Section, Slot
-from solidwhirl.geometry.feature_shapes import bottom_distance, hole_range
+from solidwhirl.geometry.feature_shapes import bottom_distance, hole_range, largest_radius
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.own.drawing import drawn_length
 from solidwhirl.meshing.own.features.cut import blade_corners, root_outline, section_named
@@ -59,7 +59,7 @@ def _hole(hole: Hole, section: Section, unit_m: float) -> DimTags:
 
 def _recess(recess: Recess, section: Section, unit_m: float) -> DimTags:
     """A box, an extruded outline or a piece of a ring, from the bottom to beyond the surface."""
-    occ, outer = gmsh.model.occ, max(section.outer_radius_m)
+    occ, outer = gmsh.model.occ, largest_radius(section)
     bottom, top = (
         drawn_length(r, unit_m) for r in (bottom_distance(recess, section), (1.0 + _BEYOND) * outer)
     )
@@ -108,8 +108,8 @@ def _blade(blade: Blade, section: Section, unit_m: float) -> DimTags:
     """A plate from below the surface to its flat tip, less what is below the surface."""
     occ = gmsh.model.occ
     outline = root_outline(blade, section)
-    low = float(outline[:, 0].min()) - _BEYOND * max(section.outer_radius_m)
-    high = max(section.outer_radius_m) + blade.length_m
+    low = float(outline[:, 0].min()) - _BEYOND * largest_radius(section)
+    high = largest_radius(section) + blade.length_m
     twist = abs(blade.stagger_deg[1] - blade.stagger_deg[0])
     x = np.linspace(low, high, 2 + int(np.ceil(twist / _TWIST_DEG)))
     corners = blade_corners(blade, section, x)
@@ -140,7 +140,7 @@ def _within(blade: Blade, section: Section, corners: FloatArray) -> FloatArray:
     A blade as wide as its section that narrows to the tip would be a little wider than it below the
     root; a corner that is within the axial range at the root stays within.
     """
-    root = blade_corners(blade, section, max(section.outer_radius_m))[:, 1]
+    root = blade_corners(blade, section, largest_radius(section))[:, 1]
     near = _SAME * blade.chord_m[0]
     inside = (root > section.start_m - near) & (root < section.end_m + near)
     z = np.clip(corners[:, 1], section.start_m, section.end_m)
