@@ -78,6 +78,10 @@ class RotatingSystem(ReadOnlyArrays):
         """1 where the frame turns about +z, −1 about −z."""
         return 1 if self.frame_ratio > 0 else -1
 
+    def keeps_step(self, body: str) -> bool:
+        """Whether a body turns with the frame, so that what is fixed to it stands still there."""
+        return _same_ratio(self.system.rotors[body].speed_ratio, self.frame_ratio)
+
     def seat(self, end: End) -> Harmonics:
         """Return ux to rz of an interface in fixed axes by harmonic, (6, n) each."""
         motion = seat_motion(self, end)
@@ -193,7 +197,7 @@ def _frame_ratio(system: System) -> float:
         raise AssemblyError((f"rotors {still} stand still; reduce them as bodies of any shape",))
     first, ratio = next(iter(ratios.items()))
     for name, other in ratios.items():
-        if abs(other - ratio) > _SAME_RATIO * abs(ratio):
+        if not _same_ratio(other, ratio):
             raise AssemblyError(
                 (
                     f"rotors {first!r} and {name!r} bend unlike in two planes and turn at "
@@ -203,6 +207,10 @@ def _frame_ratio(system: System) -> float:
                 )
             )
     return ratio
+
+
+def _same_ratio(first: float, second: float) -> bool:
+    return abs(first - second) <= _SAME_RATIO * abs(second)
 
 
 def _generator(rotor: Rotor) -> FloatArray | None:

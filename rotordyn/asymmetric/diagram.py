@@ -127,8 +127,7 @@ class _State(NamedTuple):
 
 def _fastest(periodic: PeriodicSystem, top: float, branch_count: int) -> float:
     """Rate up to which motions are followed: that of the highest branch, with room for the turn."""
-    own = periodic.at(0.0)[1][0].real
-    squared = la.eigvalsh(0.5 * (own + own.T), periodic.mass)
+    squared = la.eigvalsh(periodic.stiffness_at_rest(), periodic.mass)
     last = np.sqrt(abs(squared[min(branch_count, len(squared) - 1)]))
     return float(_ROOM * (last + periodic.stride * top))
 

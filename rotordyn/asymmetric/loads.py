@@ -18,8 +18,6 @@ from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.response.unbalance import Unbalance
 from solidwhirl.rotordyn.superelement.free_body import free_body_matrices
 
-_SAME_RATIO = 1e-9
-
 
 @dataclass(frozen=True, kw_only=True)
 class Bow:
@@ -60,8 +58,9 @@ def unbalance_force(rotating: RotatingSystem, unbalances: Sequence[Unbalance]) -
     """
     out = np.zeros(rotating.periodic.size)
     for one in unbalances:
-        ratio = _rotor_ratio(rotating, one.body)
-        if abs(ratio - rotating.frame_ratio) > _SAME_RATIO * abs(rotating.frame_ratio):
+        body_rows(rotating, one.body)  # says what exists if it does not
+        if not rotating.keeps_step(one.body):
+            ratio = rotating.system.rotors[one.body].speed_ratio
             raise AnalysisError(
                 f"unbalance at {one.end.label}: the body turns at {ratio:g} times the reference "
                 f"speed, the asymmetric bodies at {rotating.frame_ratio:g}; the response is "
@@ -120,8 +119,3 @@ def _least_energy(stiffness: FloatArray, rows: FloatArray, values: FloatArray) -
     whole = np.block([[stiffness / scale, rows.T], [rows, np.zeros((count, count))]])
     answer = la.lstsq(whole, np.concatenate([np.zeros(len(stiffness)), values]))[0]
     return np.asarray(answer[: len(stiffness)])
-
-
-def _rotor_ratio(rotating: RotatingSystem, body: str) -> float:
-    body_rows(rotating, body)
-    return rotating.system.rotors[body].speed_ratio

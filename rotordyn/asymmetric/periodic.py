@@ -89,6 +89,11 @@ class PeriodicSystem(ReadOnlyArrays):
             _add_joint((velocity, stiffness), motion, spring, drag, speed_rad_s)
         return velocity, stiffness
 
+    def stiffness_at_rest(self) -> FloatArray:
+        """Return the even part of K that is there at rest and at all angles, (n, n)."""
+        own = self.at(0.0)[1].get(0, np.zeros_like(self.mass))
+        return np.asarray(0.5 * (own + own.T).real)
+
     def slopes(self, speed_rad_s: float, side: Side = "both") -> tuple[Harmonics, Harmonics]:
         """Return the derivatives of V and K by the speed, their harmonics as they are.
 
@@ -142,17 +147,20 @@ def turning_body(
 def in_fixed_axes(motion: Matrix, sense: int = 1) -> Harmonics:
     """Return ux to rz of a place in fixed axes by harmonic, from those in axes that turn (6, n).
 
-    e^{θL} = P₀ + e^{iθ} P₊ + e^{−iθ} P₋ with L = `RIGID_TURN` and the projectors on its
-    eigenvectors. `sense`: 1, or −1 of axes that turn backward.
+    `sense`: 1, or −1 of axes that turn backward.
     """
-    across = -RIGID_TURN @ RIGID_TURN
-    parts: dict[int, Matrix] = {
-        0: np.eye(6) - across,
-        sense: 0.5 * (across - 1j * RIGID_TURN),
-        -sense: 0.5 * (across + 1j * RIGID_TURN),
-    }
-    found = {h: part @ motion for h, part in parts.items()}
+    found = {sense * h: part @ motion for h, part in circles(RIGID_TURN).items()}
     return {h: part for h, part in found.items() if part.any()}
+
+
+def circles(turn: FloatArray) -> Harmonics:
+    """Return the projectors P_h in e^{θL} = P₀ + e^{iθ} P₁ + e^{−iθ} P₋₁ of a turn L (n, n)."""
+    across = -turn @ turn
+    return {
+        0: np.eye(len(turn)) - across,
+        1: 0.5 * (across - 1j * turn),
+        -1: 0.5 * (across + 1j * turn),
+    }
 
 
 def joint_terms(

@@ -10,7 +10,6 @@ import numpy as np
 import numpy.typing as npt
 import scipy.linalg as la
 
-from solidwhirl.rotordyn.assembly.coordinates import seat_motion
 from solidwhirl.rotordyn.assembly.parts import Bearing, End
 from solidwhirl.rotordyn.asymmetric.assembly import RotatingSystem
 from solidwhirl.rotordyn.asymmetric.parametric.hill import hill_block
@@ -18,6 +17,8 @@ from solidwhirl.rotordyn.asymmetric.periodic import Harmonics, PeriodicSystem, T
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
+from solidwhirl.rotordyn.modes.whirl import interface_rows_of_all
+from solidwhirl.rotordyn.response.harmonic_response import interface_nodes
 from solidwhirl.rotordyn.response.orbits import OrbitRecord
 
 # Part of the largest harmonic below which the last ones of an expansion have to be; and how many
@@ -136,11 +137,7 @@ def held_where_free(rotating: RotatingSystem, speed_rad_s: float) -> PeriodicSys
     acting = [t.matrix / root for t in periodic.stiffness if t.power == 0]
     for _, motion in periodic.laws:
         acting += [part / root for part in motion.values()]
-    seats = [
-        seat_motion(rotating, End(body=name, interface=node.name))
-        for name, rotor in rotating.system.rotors.items()
-        for node in rotor.element.interfaces
-    ]
+    seats = interface_rows_of_all(rotating).reshape(-1, 6, periodic.size)
     acting += [seat[list(_ACROSS)] / root for seat in seats]
     rows = np.vstack([m for a in acting for m in (a.real, a.imag)])
     sizes = np.abs(rows).max(axis=1, initial=0.0)
@@ -150,7 +147,7 @@ def held_where_free(rotating: RotatingSystem, speed_rad_s: float) -> PeriodicSys
     if rank == periodic.size:
         return periodic
     free = vectors[rank:].T / root[:, None]
-    along = np.vstack([seat[list(_ALONG)] for seat in seats])
+    along = seats[:, list(_ALONG)].reshape(-1, periodic.size)
     mean = la.solve(free.T @ along.T @ along @ free, free.T @ along.T @ along)
     inertia = free.T @ periodic.mass @ free
     held = (_FAR_ABOVE * speed_rad_s) ** 2 * mean.T @ inertia @ mean
@@ -181,11 +178,7 @@ def steady_response(
     """
     speeds = np.atleast_1d(np.asarray(speeds_rad_s, dtype=float))
     periodic = held_where_free(rotating, float(speeds.max(initial=1.0)))
-    nodes = tuple(
-        End(body=name, interface=node.name)
-        for name, rotor in rotating.system.rotors.items()
-        for node in rotor.element.interfaces
-    )
+    nodes = interface_nodes(rotating)
     seats = [rotating.seat(node) for node in nodes]
     moved, forces = [], []
     for speed in speeds:

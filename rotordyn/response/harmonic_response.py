@@ -16,7 +16,12 @@ import numpy as np
 import numpy.typing as npt
 import scipy.linalg as la
 
-from solidwhirl.rotordyn.assembly.coordinates import body_rows, interface_row, joint_motion
+from solidwhirl.rotordyn.assembly.coordinates import (
+    Placed,
+    body_rows,
+    interface_row,
+    joint_motion,
+)
 from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, LawJoint, matrices_at_speed
 from solidwhirl.rotordyn.core.arrays import (
@@ -34,7 +39,7 @@ TRANSLATIONS = ("ux", "uy")
 TILTS = ("rx", "ry")
 
 
-def interface_nodes(assembled: AssembledSystem) -> tuple[End, ...]:
+def interface_nodes(assembled: Placed) -> tuple[End, ...]:
     """Return all interface nodes of a system, in the order of the bodies and their interfaces."""
     return tuple(
         End(body=name, interface=node.name)

@@ -132,19 +132,16 @@ def asymmetry_of(
     turns = top > 0.0
     # the drive keeps the speed, whatever torsion does
     driven = held_where_free(rotating, max(top, 1.0))
+    ranges = unstable_ranges(driven, *span) if turns else ()
     return Asymmetry(
         frame_ratio=rotating.frame_ratio,
         periods_per_turn=rotating.periodic.stride,
-        excited_by=tuple(
-            name
-            for name, rotor in rotating.system.rotors.items()
-            if abs(rotor.speed_ratio) == abs(rotating.frame_ratio)
-        ),
+        excited_by=tuple(n for n in rotating.system.rotors if rotating.keeps_step(n)),
         diagram=rotating_diagram(rotating, speeds, branch_count),
         critical=critical_speeds(rotating, *span) if turns else (),
         gravity=gravity_critical_speeds(rotating, *span) if turns else (),
-        ranges=unstable_ranges(driven, *span) if turns else (),
-        closed=closed_by_damping(driven, *span) if turns and _is_damped(rotating) else (),
+        ranges=ranges,
+        closed=closed_by_damping(driven, *span, ranges) if turns and _is_damped(rotating) else (),
         departures={
             name: departure_of(rotor.element)
             for name, rotor in rotating.system.rotors.items()

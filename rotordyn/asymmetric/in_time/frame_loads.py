@@ -80,7 +80,7 @@ def frame_loads(
     if gravity_m_per_s2 is not None:
         found = gravity_force(rotating, gravity_m_per_s2)
         weight = {harmonic: force[:, None] for harmonic, force in found.items()}
-    euler = torsion_load(rotating, _elastic_stiffness(rotating), drives) / ratio
+    euler = torsion_load(rotating, rotating.periodic.stiffness_at_rest(), drives) / ratio
     for name, rotor in rotating.system.rotors.items():
         if rotor.element.frame != "rotating":
             continue
@@ -121,10 +121,3 @@ def _eccentric(element: Superelement) -> FloatArray:
     rest = whole - momentum @ (la.pinv(lateral.T @ momentum) @ (lateral.T @ whole))
     torque = float(turn @ rest)
     return np.asarray(whole - (float(turn @ whole) / torque if torque else 1.0) * rest)
-
-
-def _elastic_stiffness(rotating: RotatingSystem) -> FloatArray:
-    """K at rest without what changes with the angle."""
-    n = rotating.periodic.size
-    own = (t.matrix for t in rotating.periodic.stiffness if t.harmonic == 0 and t.power == 0)
-    return np.asarray(sum(own, np.zeros((n, n))))

@@ -54,14 +54,8 @@ def highest_rate(system: PeriodicSystem) -> float:
 
 def _at_rest(system: PeriodicSystem) -> tuple[FloatArray, FloatArray]:
     """ω² and modes at rest, without damping and circulatory forces."""
-    squared, modes = la.eigh(_own(system), system.mass)
+    squared, modes = la.eigh(system.stiffness_at_rest(), system.mass)
     return np.asarray(squared), np.asarray(modes)
-
-
-def _own(system: PeriodicSystem) -> FloatArray:
-    """Even part of the stiffness that is there at rest and all angles."""
-    own = system.at(0.0)[1].get(0, np.zeros_like(system.mass))
-    return np.asarray(0.5 * (own + own.T).real)
 
 
 def search_basis(
@@ -80,7 +74,7 @@ def search_basis(
     kept, others = modes[:, slow], modes[:, ~slow]
     if not others.size:
         return np.asarray(modes)
-    stiffness[0] = stiffness.get(0, 0.0) - _own(system)
+    stiffness[0] = stiffness.get(0, 0.0) - system.stiffness_at_rest()
     parts = [*stiffness.values(), *(fastest_1_s * part for part in velocity.values())]
     met = [side @ kept for part in parts for side in (part.real, part.imag)]
     answers = (others / squared[~slow]) @ (others.T @ np.hstack(met))

@@ -16,8 +16,7 @@ class ConstantMotions:
     """As `PeriodicMotions`, of a system without harmonics."""
 
     def __init__(self, system: PeriodicSystem, low: float, high: float) -> None:
-        own = system.at(0.0)[1].get(0, np.zeros_like(system.mass))
-        rate = float((np.diag(own) / np.diag(system.mass)).max())
+        rate = float((np.diag(system.stiffness_at_rest()) / np.diag(system.mass)).max())
         self.basis = np.eye(system.size)
         self._block = prepared(hill_block(system, 0), rate, low, high)
 

@@ -64,8 +64,7 @@ class PeriodicMotions:
         self.basis = basis
         self._system, self._fastest = system, fastest_1_s
         self._angles = 2.0 * np.pi / system.stride * np.arange(_PLACES) / _PLACES
-        own = system.at(0.0)[1].get(0, np.zeros_like(system.mass))
-        squared = np.abs(la.eigvalsh(basis.T @ (0.5 * (own + own.T)) @ basis))
+        squared = np.abs(la.eigvalsh(basis.T @ system.stiffness_at_rest() @ basis))
         self._scale = max(fastest_1_s, float(np.sqrt(squared.max())))
         # some more than count, which come and go
         self._followed = 2 * int((squared <= fastest_1_s**2).sum()) + 4

@@ -6,6 +6,7 @@ where to look; Hill's method, in all of them, has the last word on every end and
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass, replace
 from typing import Any, Literal
@@ -104,21 +105,21 @@ def closed_by_damping(
     system: PeriodicSystem,
     speed_low_rad_s: float,
     speed_high_rad_s: float,
+    left: Sequence[UnstableRange],
     narrowest: float = 1e-4,
 ) -> tuple[UnstableRange, ...]:
     """Find the ranges in which a system would be unstable without damping, and is not with it.
 
-    Arguments and errors as of `unstable_ranges`. A range counts as closed if none that is left has
-    a speed in common with it. One that neither opens nor closes is left out, cross-coupled bearings
-    need their damping at every speed; and so is one whose ends Hill's method does not find.
+    `left`: those with damping, as `unstable_ranges` finds them; other arguments and errors as
+    there. A range counts as closed if none that is left has a speed in common with it. One that
+    neither opens nor closes is left out, cross-coupled bearings need their damping at every speed;
+    and so is one whose ends Hill's method does not find.
     """
-    asked = (speed_low_rad_s, speed_high_rad_s)
-    left = unstable_ranges(system, *asked, narrowest)
     width = narrowest * (speed_high_rad_s - speed_low_rad_s)
-    free = _searched(_undamped(system), *asked, width).ranges(unless_lost=True)
+    search = _searched(_undamped(system), speed_low_rad_s, speed_high_rad_s, width)
     return tuple(
         r
-        for r in free
+        for r in search.ranges(unless_lost=True)
         if r.high_rad_s - r.low_rad_s > width
         and (r.opens or r.closes)
         and all(r.high_rad_s < o.low_rad_s or o.high_rad_s < r.low_rad_s for o in left)
