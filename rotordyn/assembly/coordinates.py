@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -13,7 +13,7 @@ from solidwhirl.rotordyn.core.errors import AssemblyError, SuperelementError
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
 
 
-class Placed(Protocol):
+class Placed(Hashable, Protocol):
     """A system whose bodies have rows in a matrix T of all coordinates from some, (N, n)."""
 
     @property

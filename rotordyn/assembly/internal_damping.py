@@ -36,14 +36,15 @@ def body_damping(rotor: Rotor, matrices: FreeBodyMatrices) -> BodyDamping:
         frequencies, shapes = solve_standing(scale_by_stiffness(matrices.stiffness, matrices.mass))
         momentum = matrices.mass @ shapes
         damping = damping + (2.0 * wanted.modal_ratio * frequencies * momentum) @ momentum.T
-    # axes that turn with the material see the velocity of the material
-    if rotor.speed_ratio == 0 or rotor.element.frame == "rotating":
+    if rotor.speed_ratio == 0:
         return BodyDamping(damping, np.zeros((n, n)))
-    if rotor.element.spin_generator is None:
+    # 0 of axes that turn with the material, which see its velocity as it is
+    turn = rotor.element.turn
+    if turn is None:
         raise AssemblyError(
             (
                 f"body {rotor.element.name!r} turns and has internal damping, but its superelement "
                 "does not say how it turns (spin_generator); reduce it again",
             )
         )
-    return BodyDamping(damping, -damping @ rotor.element.spin_generator)
+    return BodyDamping(damping, -damping @ turn)

@@ -215,13 +215,8 @@ def _same_ratio(first: float, second: float) -> bool:
 
 def _generator(rotor: Rotor) -> FloatArray | None:
     """Turn L of the coordinates of a body that turn with the frame; None: they stay."""
-    element = rotor.element
-    if element.frame == "rotating":
-        return np.zeros((element.size, element.size))
-    turn = element.spin_generator
-    if turn is None or not _is_even(element, turn):
-        return None
-    return np.asarray(turn)
+    turn = rotor.element.turn
+    return None if turn is None or not _is_even(rotor.element, turn) else turn
 
 
 def _is_even(element: Superelement, turn: FloatArray) -> bool:

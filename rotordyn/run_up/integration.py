@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from solidwhirl.rotordyn.assembly.bearing_notes import bearing_notes, note_lines
+from solidwhirl.rotordyn.assembly.coordinates import Placed
 from solidwhirl.rotordyn.assembly.parts import End, System
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, gravity_load, matrices_at_speed
 from solidwhirl.rotordyn.core.arrays import FloatArray
@@ -64,19 +65,21 @@ class Watch:
     """Look at the blocks of a run for motion that grows beyond the size of the machine.
 
     A linear system has no other end: below, its displacement may be wrong, but is not absurd.
-    `rows`: ux to rz of the interfaces from the coordinates of the blocks, shape (6 i, n);
-    `limit_m`: size of the machine; `grows`: whether a motion grows at a speed Ω.
+    `shapes`: from the coordinates of the blocks to those of the system, shape (n, m); `grows`:
+    whether a motion grows at a speed Ω.
     """
 
     def __init__(
         self,
-        rows: FloatArray,
-        limit_m: float,
+        system: Placed,
+        shapes: FloatArray,
         step_s: float,
         grows: Callable[[float], bool],
     ) -> None:
-        self._rows = rows.reshape(-1, 6, rows.shape[1])[:, :3].reshape(-1, rows.shape[1])
-        self._limit, self._step_s, self._grows = limit_m, step_s, grows
+        rows = interface_rows_of_all(system).reshape(-1, 6, len(shapes))[:, :3]
+        self._rows = rows.reshape(-1, len(shapes)) @ shapes
+        self._limit = rotor_length(system.system)
+        self._step_s, self._grows = step_s, grows
 
     def divergence(
         self, first_step: int, speeds_rad_s: FloatArray, places: FloatArray
@@ -157,12 +160,7 @@ def run_up(
     recorder = Recorder(plan, int(how.record_every), how.outputs, how.bearings)
     state = plan.basis.state(start.displacement, start.velocity)
     n, longest, stopped = plan.basis.size, 1, None
-    watch = Watch(
-        interface_rows_of_all(assembled) @ plan.basis.displacement,
-        rotor_length(assembled.system),
-        plan.step_s,
-        partial(_grows, assembled),
-    )
+    watch = Watch(assembled, plan.basis.displacement, plan.step_s, partial(_grows, assembled))
     for block in blocks(plan, state):
         stopped = watch.divergence(block.first_step, block.speeds_rad_s, block.states[:, :n])
         if stopped is not None:
@@ -183,14 +181,8 @@ def run_up(
         longest_block=longest,
         energy=recorder.energy(),
         balance_error=recorder.worst_balance(),
-        final=MotionState(
-            displacement=plan.basis.displacement @ state[:n],
-            velocity=plan.basis.shapes @ state[n:],
-        ),
-        notes=(
-            *speed_limit_notes(profile, assembled.speed_limit_rad_s),
-            *note_lines(bearing_notes(assembled, profile.speeds_rad_s)),
-        ),
+        final=plan.basis.motion(state),
+        notes=_notes(assembled, profile),
         stopped=stopped,
     )
 
@@ -227,6 +219,12 @@ def _start(plan: RunPlan, initial: MotionState | None) -> MotionState:
         place = static_equilibrium(matrices_at_speed(assembled, speed).stiffness, speed, load)
         return MotionState(displacement=place, velocity=still)
     return initial.of_size(assembled.size)
+
+
+def _notes(assembled: AssembledSystem, profile: SpeedProfile) -> tuple[str, ...]:
+    """Say where bodies and bearings run beyond what they were made for."""
+    limits = speed_limit_notes(profile, assembled.speed_limit_rad_s)
+    return (*limits, *note_lines(bearing_notes(assembled, profile.speeds_rad_s)))
 
 
 def run_record(

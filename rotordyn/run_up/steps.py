@@ -17,6 +17,7 @@ from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.modes.modal_truncation import rest_modes
 from solidwhirl.rotordyn.run_up.loads import TurningLoads
+from solidwhirl.rotordyn.run_up.record import MotionState
 from solidwhirl.rotordyn.run_up.speed_profile import SpeedProfile
 
 
@@ -49,6 +50,13 @@ class ModalBasis(NamedTuple):
         """Return x of a displacement and velocity in the independent coordinates, (2n,)."""
         momentum = self.shapes.T @ self.assembled.mass
         return np.concatenate((self.scale * (momentum @ displacement), momentum @ velocity))
+
+    def motion(self, state: FloatArray) -> MotionState:
+        """Return displacement and velocity in the independent coordinates of x, (n,) each."""
+        return MotionState(
+            displacement=self.displacement @ state[: self.size],
+            velocity=self.shapes @ state[self.size :],
+        )
 
     def acceleration_rows(self, speed_rad_s: float, acceleration_rad_s2: float) -> FloatArray:
         """Return the map from x to η'' without loads, shape (n, 2n).

@@ -164,9 +164,7 @@ def gyroscopic_moment_error(element: Superelement) -> float | None:
     there the elastic energy at the lowest frequency of the free body counts with the inertia. In
     the rotating frame L is 0, and G is compared with its own size.
     """
-    moments, turn = element.moments, element.spin_generator
-    if element.frame == "rotating":
-        turn = np.zeros_like(element.mass)
+    moments, turn = element.moments, element.turn
     if moments is None or turn is None:
         return None
     # tied coordinates alone do not turn: L then means nothing outside of free motions

@@ -247,6 +247,15 @@ class Superelement:
         """Number of coordinates n."""
         return len(self.coordinates)
 
+    @property
+    def turn(self) -> FloatArray | None:
+        """L of q_fixed = e^{θL} q at an angle θ of the axes that turn with the body, (n, n).
+
+        `spin_generator`, None where that is not known; 0 in the rotating frame, whose coordinates
+        are those of these axes.
+        """
+        return np.zeros_like(self.mass) if self.frame == "rotating" else self.spin_generator
+
     def interface_index(self, interface: str, component: str) -> int:
         """Return the position of a coordinate, "ux" to "rz" of an interface, or refuse it."""
         for index, c in enumerate(self.coordinates):

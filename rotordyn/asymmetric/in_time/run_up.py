@@ -26,7 +26,6 @@ from solidwhirl.rotordyn.asymmetric.periodic import Harmonics
 from solidwhirl.rotordyn.asymmetric.response import held_where_free, steady_motion
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
-from solidwhirl.rotordyn.modes.whirl import interface_rows_of_all, rotor_length
 from solidwhirl.rotordyn.response.unbalance import Unbalance
 from solidwhirl.rotordyn.run_up.integration import (
     RunSettings,
@@ -101,12 +100,7 @@ def run_up_rotating(
     plan = _plan(rotating, profile, unbalances, how, own_unbalance)
     shapes, n = plan.system.shapes, plan.system.size
     recorder = _Recorder(plan, how)
-    watch = Watch(
-        interface_rows_of_all(rotating) @ shapes,
-        rotor_length(rotating.system),
-        plan.step_s,
-        partial(_grows, rotating),
-    )
+    watch = Watch(rotating, shapes, plan.step_s, partial(_grows, rotating))
     state, stopped = _start(plan, how), None
     for block in _blocks(plan, state):
         speeds = block.instants.speeds_rad_s / abs(rotating.frame_ratio)

@@ -156,9 +156,7 @@ def _checked(element: Superelement) -> tuple[MassMoments, FloatArray]:
             f"{where}: the moments of its displacement over the mass are not known (files before "
             "1.3 have none); make the body again"
         )
-    turn = element.spin_generator
-    if element.frame == "rotating":
-        turn = np.zeros_like(element.mass)
+    turn = element.turn
     if turn is None:
         raise SuperelementError(
             f"{where}: its spin generator is not known; a body of revolution whose modes pair up "
