@@ -120,19 +120,21 @@ def departure_of(element: Superelement) -> Departure:
 
 
 def asymmetry_of(
-    rotating: RotatingSystem, speeds_rad_s: FloatArray, branch_count: int
+    rotating: RotatingSystem, speeds_rad_s: FloatArray, top_rad_s: float, branch_count: int
 ) -> Asymmetry:
     """Compute the diagram, the resonances and the unstable ranges of an engine.
 
-    `speeds_rad_s`: of the reference shaft, rising, (s,).
+    `speeds_rad_s`: of the diagram, and those between which resonances are sought, rising, (s,);
+    `top_rad_s`: up to which unstable ranges are. All are speeds of the reference shaft.
     """
-    speeds = abs(rotating.frame_ratio) * np.asarray(speeds_rad_s)
-    top = float(speeds.max())
-    span = (max(_SLOWEST * top, float(speeds.min())), top)
-    turns = top > 0.0
+    ratio = abs(rotating.frame_ratio)
+    speeds, top = ratio * np.asarray(speeds_rad_s), ratio * top_rad_s
+    span = (max(_SLOWEST * float(speeds.max()), float(speeds.min())), float(speeds.max()))
+    turns = span[1] > 0.0
+    searched = (_SLOWEST * top, top)
     # the drive keeps the speed, whatever torsion does
     driven = held_where_free(rotating, max(top, 1.0))
-    ranges = unstable_ranges(driven, *span) if turns else ()
+    ranges = unstable_ranges(driven, *searched) if top > 0.0 else ()
     return Asymmetry(
         frame_ratio=rotating.frame_ratio,
         periods_per_turn=rotating.periodic.stride,
@@ -141,7 +143,9 @@ def asymmetry_of(
         critical=critical_speeds(rotating, *span) if turns else (),
         gravity=gravity_critical_speeds(rotating, *span) if turns else (),
         ranges=ranges,
-        closed=closed_by_damping(driven, *span, ranges) if turns and _is_damped(rotating) else (),
+        closed=closed_by_damping(driven, *searched, ranges)
+        if top > 0.0 and _is_damped(rotating)
+        else (),
         departures={
             name: departure_of(rotor.element)
             for name, rotor in rotating.system.rotors.items()

@@ -46,6 +46,7 @@ from solidwhirl.rotordyn import (
     modes_at_speed,
 )
 from solidwhirl.rotordyn.asymmetric import RotatingSystem
+from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.operating import operating_speeds
 from solidwhirl.scene_checks.speeds_asked import range_top_rpm
@@ -138,12 +139,13 @@ def _rotating_diagram(engine: Engine, rotating: RotatingSystem) -> Diagram:
     """The same of an engine with asymmetric bodies, from the frame that turns with them."""
     job = engine.job
     speeds, branches = job.plan.speeds_rad_s, job.scene.campbell.branches
+    top = range_top_rpm(job.scene) * RAD_S_PER_RPM
     job.progress(Stage(name=StageName.CAMPBELL, detail=f" at {len(speeds)} speeds, in two frames"))
     with job.clock.stage("campbell"):
         found: Asymmetry = job.stage_cache.stage(
             "Campbell diagram",
-            job.stage_cache.key("asymmetry", engine.digest),
-            lambda: asymmetry_of(rotating, speeds, branches),
+            job.stage_cache.key("asymmetry", engine.digest, top),
+            lambda: asymmetry_of(rotating, speeds, top, branches),
         )
     return Diagram(
         at_rest=modes_at_speed(engine.system, 0.0),

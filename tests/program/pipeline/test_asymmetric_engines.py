@@ -118,6 +118,20 @@ def test_estimates_that_are_off_are_not_told(folder):
     assert accuracy["met"] is None
 
 
+def test_unstable_ranges_are_searched_as_far_as_a_shaft_operates(folder, undamped):
+    """Speeds of the diagram that end below them hide no growth at the operating speed."""
+    first, second = rpm_of(results_document(undamped), "critical_speeds")
+    inside = 0.5 * (first + second)
+    operating = [{"shaft": "bar", "from_rpm": inside, "to_rpm": inside}]
+    speeds = {"to_rpm": 0.5 * first, "count": 3}
+    found = run_scene(scene(folder, drag=0.0, speeds=speeds, operating=operating))
+    (at,) = found.stability.at_operating
+    assert not at["stable"]
+    (grows,) = found.stability.intervals
+    assert grows.low_rad_s * 30.0 / np.pi == pytest.approx(first, rel=1e-3)
+    assert found.stability.high_rpm == pytest.approx(inside)
+
+
 def test_mass_off_the_axis_moves_no_critical_speed(folder, undamped):
     """A driven shaft: unbalance is a load, and not in the equations of its small motions."""
     body = bar(axis={"origin": [0.004, 0.003, 0.0], "direction": [0.0, 0.0, 1.0]})
