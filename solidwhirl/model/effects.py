@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from solidwhirl.analyses.kinds.run_up import RunUpSpec
 from solidwhirl.analyses.registry import KINDS
 from solidwhirl.geometry import Body
 from solidwhirl.meshing.imported.records import AnyBody, is_asymmetric
@@ -261,6 +262,12 @@ def _refuse_kinds(scene: Scene, asymmetric: list[str]) -> None:
     """
     wanted = "asymmetric" if asymmetric else "even"
     for k, analysis in enumerate(scene.analyses):
+        if asymmetric and isinstance(analysis, RunUpSpec) and analysis.compare_flexible:
+            raise AnalysisError(
+                f"analyses[{k}].compare_flexible: holds bodies rigid in turn, which needs bodies "
+                f"that are the same in all directions, and {', '.join(asymmetric)} bend unlike in "
+                "two planes; leave it out"
+            )
         if analysis.of_bodies in ("any", wanted):
             continue
         where = f"analyses[{k}].kind: {analysis.kind!r} is"

@@ -19,13 +19,12 @@ from solidwhirl.core.blocks import AnalysisBlock, Table, Text, numbers
 from solidwhirl.core.fields import MOST, Finite, Name, NotNegative, Place, Positive
 from solidwhirl.core.outcome import Outcome, PageSection
 from solidwhirl.core.plain_data import Labels
-from solidwhirl.rotordyn import AnalysisError, AssembledSystem
-from solidwhirl.rotordyn.asymmetric import RotatingSystem, growth_end, run_up_rotating
+from solidwhirl.rotordyn import AssembledSystem
+from solidwhirl.rotordyn.asymmetric import growth_end, run_up_rotating
 from solidwhirl.rotordyn.core.atomic import replacing
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
 from solidwhirl.rotordyn.plots import run_up as plots
 from solidwhirl.rotordyn.plots.chart import Axis, Bars, Chart, Look, series_look
-from solidwhirl.rotordyn.response.unbalance import Unbalance
 from solidwhirl.rotordyn.response.unbalance_peaks import ResonancePeak, resonance_peaks
 from solidwhirl.rotordyn.run_up.complexity import (
     ComplexityComparison,
@@ -41,7 +40,7 @@ from solidwhirl.rotordyn.run_up.force_spectrum import (
 from solidwhirl.rotordyn.run_up.integration import run_up
 from solidwhirl.rotordyn.run_up.record import Divergence, EnergyBalance, RunUp
 from solidwhirl.rotordyn.run_up.response import NormalisedResponse, normalised_response
-from solidwhirl.rotordyn.run_up.speed_profile import SpeedProfile, ramp_and_hold
+from solidwhirl.rotordyn.run_up.speed_profile import ramp_and_hold
 from solidwhirl.rotordyn.superelement.invariants import Invariant, compared
 
 # Forces left over at an instant, over the largest there, and energy over a run.
@@ -166,7 +165,7 @@ class RunUpSpec(Analysis):
         if engine.rotating is None:
             run = run_up(engine.system, profile, unbalances, **settings)
         else:
-            run = self._rotating(engine.rotating, profile, unbalances, settings)
+            run = run_up_rotating(engine.rotating, profile, unbalances, **settings)
         spent = time.perf_counter() - start
         document = _document(self, run, spent)
         if engine.rotating is not None:
@@ -195,21 +194,6 @@ class RunUpSpec(Analysis):
             headline=f"largest mount force {document['largest_mount_force_n']:.4g} N, "
             f"{_growth_text(document)}{profile.duration_s:g} s simulated in {spent:.1f} s",
         )
-
-    def _rotating(
-        self,
-        rotating: RotatingSystem,
-        profile: SpeedProfile,
-        unbalances: Sequence[Unbalance],
-        settings: dict[str, Any],
-    ) -> RunUp:
-        """The run-up of asymmetric bodies, whose own unbalance acts too."""
-        if self.compare_flexible:
-            raise AnalysisError(
-                "compare_flexible holds bodies rigid in turn, which needs bodies that are the same "
-                "in all directions; leave it out"
-            )
-        return run_up_rotating(rotating, profile, unbalances, **settings)
 
     def pictures(self, found: Found) -> Mapping[str, Charts]:
         """Speeds and force over the time, its spectra, and the normalised responses."""

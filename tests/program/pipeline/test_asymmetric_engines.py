@@ -164,6 +164,9 @@ ROUND = {"kind": "unbalance_response", "unbalances": RESPONSE["unbalances"],
          "observe": ["bar.left"], "from_rpm": 500.0, "to_rpm": 6000.0, "count": 12}  # fmt: skip
 AWAY = {"origin": [0.025, 0.0, 0.0], "direction": [0.0, 0.0, 1.0]}
 BOW = {"at": "bar.left", "between": ["left", "right"], "bow_m": 1e-4}
+RUN_UP = {"kind": "run_up", "to_rpm": 6000.0, "ramp_s": 1.0, "unbalances": RESPONSE["unbalances"],
+          "mount": "left", "observe": ["bar.left"], "compare_flexible": [["bar"]],
+          "bands_hz": [[10.0, 50.0]]}  # fmt: skip
 REFUSED = {
     "two pieces": ({"body": bar(file="two.inp")}, "mesh_bodies.bar: .*2 parts that share no face"),
     "axis outside": (
@@ -179,6 +182,10 @@ REFUSED = {
         "mesh_bodies.bar: symmetry = 'none', but sectors says it",
     ),
     "kind": ({"analyses": [ROUND]}, r"analyses\[0\].kind: .*allowed are asymmetric_response, run"),
+    "a comparison with rigid bodies": (
+        {"analyses": [RUN_UP]},
+        r"analyses\[0\].compare_flexible: .*bar bend unlike in two planes; leave it out",
+    ),
     "bow of what is not there": (
         {"analyses": [RESPONSE | {"bows": [BOW | {"between": ["left", "rear"]}]}]},
         r"analyses\[0\].bows\[0\].between\[1\]: no interface of 'bar' 'rear'",
