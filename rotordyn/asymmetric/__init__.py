@@ -2,7 +2,7 @@
 
 In: an engine with such bodies, or matrices of one in its own frame and what holds it at rest. Out:
 exponents and multipliers of Floquet, motions by Hill's method, unstable ranges of speed by both,
-resonances, steady motion, run-ups in time.
+resonances, steady motion, response to motion of the ground, run-ups in time.
 """
 
 from __future__ import annotations

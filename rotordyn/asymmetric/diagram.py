@@ -21,7 +21,7 @@ from solidwhirl.rotordyn.asymmetric.assembly import RotatingSystem
 from solidwhirl.rotordyn.asymmetric.parametric.basis import search_basis
 from solidwhirl.rotordyn.asymmetric.parametric.constant import ConstantMotions
 from solidwhirl.rotordyn.asymmetric.parametric.exponents import PeriodicMotions
-from solidwhirl.rotordyn.asymmetric.periodic import Harmonics, PeriodicSystem, Term
+from solidwhirl.rotordyn.asymmetric.periodic import Harmonics, PeriodicSystem
 from solidwhirl.rotordyn.asymmetric.response import seen
 from solidwhirl.rotordyn.campbell.diagram import Campbell
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, ReadOnlyArrays
@@ -141,20 +141,10 @@ def _motions(periodic: PeriodicSystem, speed: float, turning: PeriodicMotions | 
         parts = np.array([r.right @ turning.basis.T for r in roots]).transpose(1, 2, 0)
         harmonics = periodic.stride * np.arange(-_ORDER, _ORDER + 1)
         return _State(speed, found.values[kept], found.slopes[kept], harmonics, parts)
-    still = periodic if speed or not periodic.stride else _frozen(periodic)
+    still = periodic if speed or not periodic.stride else periodic.at_angle_zero()
     constant = ConstantMotions(still, 0.5 * speed, max(speed, 1.0))
     every = constant.with_slopes(constant.solve(speed), "both")
     return _State(speed, every.values, every.slopes, np.zeros(1, dtype=int), every.right[None])
-
-
-def _frozen(periodic: PeriodicSystem) -> PeriodicSystem:
-    """The system at the angle 0, at rest."""
-    velocity, stiffness = periodic.at(0.0)
-    terms = [
-        (Term(0, 0, np.sum([a.real for a in parts.values()], axis=0)),) if parts else ()
-        for parts in (velocity, stiffness)
-    ]
-    return PeriodicSystem(mass=periodic.mass, velocity=terms[0], stiffness=terms[1])
 
 
 def _followed(

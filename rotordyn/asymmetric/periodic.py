@@ -47,6 +47,8 @@ class TurnedLaw(NamedTuple):
 
 #: Matrices (n, n) by harmonic.
 Harmonics = dict[int, Matrix]
+# Part of a matrix of velocities that is symmetric, below which that is rounding.
+_EVEN_PART = 1e-12
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -80,6 +82,21 @@ class PeriodicSystem(ReadOnlyArrays):
             for matrix in every.reshape(-1, 2, 2):
                 found |= set(_seen(motion, matrix))
         return gcd(*found)
+
+    @property
+    def is_damped(self) -> bool:
+        """Whether anything takes energy."""
+        return bool(self.laws) or any(
+            np.abs(a + a.T).max() > _EVEN_PART * np.abs(a).max() for _, _, a in self.velocity
+        )
+
+    def at_angle_zero(self) -> PeriodicSystem:
+        """Return the system at rest and at the angle 0."""
+        velocity, stiffness = (
+            lean([Term(0, 0, np.sum([a.real for a in parts.values()], axis=0))] if parts else [])
+            for parts in self.at(0.0)
+        )
+        return PeriodicSystem(mass=self.mass, velocity=velocity, stiffness=stiffness)
 
     def at(self, speed_rad_s: float) -> tuple[Harmonics, Harmonics]:
         """Return V and K at a speed by harmonic."""

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +13,7 @@ from solidwhirl.rotordyn.assembly.parts import Bearing, End
 from solidwhirl.rotordyn.asymmetric.assembly import RotatingSystem
 from solidwhirl.rotordyn.asymmetric.parametric.hill import hill_block
 from solidwhirl.rotordyn.asymmetric.periodic import Harmonics, PeriodicSystem, Term
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
+from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.modes.whirl import interface_rows_of_all
@@ -22,8 +21,8 @@ from solidwhirl.rotordyn.response.harmonic_response import interface_nodes
 from solidwhirl.rotordyn.response.orbits import OrbitRecord
 
 # Part of the largest harmonic below which the last ones of an expansion have to be; and how many
-# there are on either side of those that are loaded.
-_SMALL, _ORDER = 1e-7, 32
+# there are on either side of those that are loaded, one number after the other until they are.
+_SMALL, _ORDERS = 1e-7, (4, 8, 16, 32)
 # What stiffness does to free motions, relative to others; and how far above the speed these are
 # held.
 _FREE, _FAR_ABOVE = 1e-7, 100.0
@@ -52,77 +51,140 @@ class SteadyResponse(OrbitRecord):
 def steady_motion(periodic: PeriodicSystem, speed_rad_s: float, loads: Harmonics) -> Harmonics:
     """Return q = Σ e^{ihθ} q_h, (n,) each, of a steady motion under loads Σ e^{ihθ} f_h.
 
-    Harmonics are added until the last ones are small. Raises AnalysisError: they do not become so,
-    or an undamped resonance is hit exactly.
+    Raises AnalysisError as `driven_motion`.
     """
-    stride = periodic.stride
+    columns = {h: load[:, None] for h, load in loads.items()}
+    found = driven_motion(periodic, speed_rad_s, np.zeros(1), columns)
+    return {h: q[0, :, 0] for h, q in found.items()}
+
+
+def driven_motion(
+    periodic: PeriodicSystem, speed_rad_s: float, frequencies_rad_s: FloatArray, loads: Harmonics
+) -> Harmonics:
+    """Return q = Σ e^{i(ω + hΩ)t} q_h of motions under loads Σ e^{i(ω + hΩ)t} f_h.
+
+    `frequencies_rad_s`: ω, (f,). `loads`: r of them, (n, r) by harmonic. Returns (f, n, r) by
+    harmonic. Harmonics are added until the last ones are small. Raises AnalysisError: they do not
+    become so, or an undamped resonance is hit exactly.
+    """
+    stride, count = periodic.stride, frequencies_rad_s.size
     groups: dict[int, Harmonics] = {}
     for harmonic, load in loads.items():
         groups.setdefault(harmonic % stride if stride else harmonic, {})[harmonic] = load
     out: Harmonics = {}
     for offset, given in groups.items():
-        found = _expanded(periodic, speed_rad_s, given, offset)
-        sizes = {h: float(np.abs(q).max()) for h, q in found.items()}
-        ends = max(sizes[h] for h in (min(found), max(found)))
-        if periodic.stride and ends > _SMALL * max(sizes.values()):
+        left = np.arange(count)
+        for order in _ORDERS:
+            some = frequencies_rad_s[left]
+            found = _expanded(periodic, speed_rad_s, some, given, (offset, order))
+            for h, q in found.items():
+                out.setdefault(h, np.zeros((count, *q.shape[1:]), dtype=complex))[left] = q
+            left = left[_goes_on(found, stride)]
+            if not left.size:
+                break
+        else:
             raise AnalysisError(
-                f"at {speed_rad_s * RPM_PER_RAD_S:.6g} rpm of the asymmetric bodies the multiples "
-                f"of the speed in the steady motion do not die out up to {_ORDER * stride}; "
-                "give the bearings damping, or leave the speed out"
+                f"at {_place(speed_rad_s, some[:1])} the multiples of the speed in the steady "
+                f"motion do not die out up to {_ORDERS[-1] * stride}; give the bearings damping, "
+                "or leave the speed out"
             )
-        out |= found
     return out
 
 
-def _expanded(periodic: PeriodicSystem, speed: float, given: Harmonics, offset: int) -> Harmonics:
-    """Motion with the harmonics offset + k · stride, group by group from one end to the other.
+def _goes_on(found: Harmonics, stride: int) -> BoolArray:
+    """Where the last harmonics of any of the motions are not yet small, (f,)."""
+    sizes = np.array([np.abs(found[h]).max(axis=1) for h in sorted(found)])
+    ends = sizes[[0, 1, -2, -1] if stride == 1 else [0, -1]].max(axis=0)
+    large = (ends > _SMALL * sizes.max(axis=0)).any(axis=1)
+    return np.asarray(large if stride else np.zeros_like(large))
+
+
+def _place(speed: float, frequencies: FloatArray) -> str:
+    """Speed and frequencies, as messages tell them."""
+    said = f"{speed * RPM_PER_RAD_S:.10g} rpm of the asymmetric bodies"
+    low, high = (float(end) / (2.0 * np.pi) for end in (frequencies.min(), frequencies.max()))
+    if not high:
+        return said
+    return f"{said} and {low:.6g} Hz" + (f" to {high:.6g} Hz" if high > low else "")
+
+
+def _expanded(
+    periodic: PeriodicSystem,
+    speed: float,
+    frequencies: FloatArray,
+    given: Harmonics,
+    span: tuple[int, int],
+) -> Harmonics:
+    """Motions with the harmonics offset + k · stride, group by group from one end to the other.
 
     A group has as many harmonics as the matrices reach over, so that it meets its neighbours alone.
+    `span`: offset, and the number of harmonics on either side of those that are loaded.
     """
-    n, stride = periodic.size, periodic.stride
-    velocity, stiffness = periodic.at(speed)
-    reach = max((abs(h) // stride for h in {*velocity, *stiffness}), default=0) if stride else 0
-    first = max((abs(h - offset) // stride for h in given), default=0) if stride else 0
-    width = max(reach, 1)
-    count = 1 if not stride else 2 * ((first + _ORDER) // width) + 1
-    start = offset - stride * (count * width // 2)
-    groups = [
-        [start + stride * (width * g + k) for k in range(width)] for g in range(count)
-    ]  # fmt: skip
-
-    def block(rows: list[int], columns: list[int]) -> ComplexArray:
-        out = np.zeros((len(rows), n, len(columns), n), dtype=complex)
-        for i, h in enumerate(rows):
-            for j, other in enumerate(columns):
-                out[i, :, j] = stiffness.get(h - other, 0.0)
-                out[i, :, j] += 1j * other * speed * velocity.get(h - other, 0.0)
-                if h == other:
-                    out[i, :, j] -= (h * speed) ** 2 * periodic.mass
-        return out.reshape(len(rows) * n, len(columns) * n)
-
-    loads = [np.concatenate([given.get(h, np.zeros(n)) for h in g]).astype(complex) for g in groups]
-    factors: list[Any] = []
+    block = _blocks(periodic, speed, frequencies)
+    groups = _groups(periodic, speed, given, span)
+    none = np.zeros_like(next(iter(given.values())))
+    answers: list[tuple[ComplexArray, ComplexArray]] = []
     for k, own in enumerate(groups):
         matrix = block(own, own)
+        load = np.concatenate([given.get(h, none) for h in own])
+        load = np.broadcast_to(load, (len(matrix), *load.shape))
         if k:
-            lower, upper = block(own, groups[k - 1]), block(groups[k - 1], own)
-            both = la.lu_solve(factors[-1], np.column_stack([upper, loads[k - 1]]))
-            matrix -= lower @ both[:, :-1]
-            loads[k] = loads[k] - lower @ both[:, -1]
-        factors.append(la.lu_factor(matrix, check_finite=False))
-        if not np.diag(factors[-1][0]).all():
+            lower, (before, moved) = block(own, groups[k - 1]), answers[-1]
+            matrix, load = matrix - lower @ before, load - lower @ moved
+        upper = block(own, groups[k + 1] if k + 1 < len(groups) else [])
+        try:
+            both = np.linalg.solve(matrix, np.concatenate((upper, load), axis=2))
+        except np.linalg.LinAlgError:
             raise AnalysisError(
-                f"{speed * RPM_PER_RAD_S:.10g} rpm of the asymmetric bodies is an undamped "
-                "resonance, where no steady motion exists; give the bearings damping, or leave the "
-                "speed out"
-            )
-    motion = la.lu_solve(factors[-1], loads[-1])
+                f"{_place(speed, frequencies)} is an undamped resonance, where no steady motion "
+                "exists; give the bearings damping, or leave the speed out"
+            ) from None
+        answers.append((both[..., : upper.shape[2]], both[..., upper.shape[2] :]))
+    motion = answers[-1][1]
     found = [motion]
-    for k in reversed(range(count - 1)):
-        motion = la.lu_solve(factors[k], loads[k] - block(groups[k], groups[k + 1]) @ motion)
+    for beyond, own_motion in reversed(answers[:-1]):
+        motion = own_motion - beyond @ motion
         found.insert(0, motion)
-    every = np.concatenate(found).reshape(-1, n)
-    return dict(zip((h for g in groups for h in g), every, strict=True))
+    every = np.concatenate(found, axis=1).reshape(
+        len(frequencies), -1, periodic.size, none.shape[1]
+    )
+    return dict(zip((h for g in groups for h in g), every.swapaxes(0, 1), strict=True))
+
+
+def _groups(
+    periodic: PeriodicSystem, speed: float, given: Harmonics, span: tuple[int, int]
+) -> list[list[int]]:
+    """Harmonics of an expansion, in groups as wide as the matrices reach."""
+    (offset, order), stride = span, periodic.stride
+    if not stride:
+        return [[offset]]
+    first = max(abs(h - offset) // stride for h in given)
+    reach = max(abs(h) // stride for parts in periodic.at(speed) for h in parts)
+    width = max(reach, 1)
+    count = 2 * ((first + order) // width) + 1
+    start = offset - stride * (count * width // 2)
+    return [[start + stride * (width * g + k) for k in range(width)] for g in range(count)]
+
+
+def _blocks(
+    periodic: PeriodicSystem, speed: float, frequencies: FloatArray
+) -> Callable[[Sequence[int], Sequence[int]], ComplexArray]:
+    """Return what makes the rows and columns of some harmonics, (f, rows · n, columns · n)."""
+    n, (velocity, stiffness) = periodic.size, periodic.at(speed)
+
+    def block(rows: Sequence[int], columns: Sequence[int]) -> ComplexArray:
+        out = np.zeros((frequencies.size, len(rows), n, len(columns), n), dtype=complex)
+        for j, other in enumerate(columns):
+            rate = (frequencies + other * speed)[:, None, None]
+            for i, h in enumerate(rows):
+                out[:, i, :, j] = stiffness.get(h - other, 0.0)
+                if h - other in velocity:
+                    out[:, i, :, j] += 1j * rate * velocity[h - other]
+                if h == other:
+                    out[:, i, :, j] -= rate**2 * periodic.mass
+        return out.reshape(len(out), len(rows) * n, len(columns) * n)
+
+    return block
 
 
 def held_where_free(rotating: RotatingSystem, speed_rad_s: float) -> PeriodicSystem:

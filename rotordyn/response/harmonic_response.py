@@ -69,7 +69,7 @@ def node_amplitudes(
     return motion
 
 
-def check_lateral(assembled: AssembledSystem, node: End, what: str) -> None:
+def check_lateral(assembled: Placed, node: End, what: str) -> None:
     """Refuse a node that does not exist or lacks ux or uy.
 
     `what`: begins the message, such as "unbalance 2". Raises AnalysisError: the message names what

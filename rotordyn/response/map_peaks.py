@@ -29,7 +29,7 @@ def ground_motion_peaks(assembled: AssembledSystem, ground_map: GroundMotionMap)
     """
     known, direction = ground_map.frequencies_rad_s, ground_map.direction
 
-    def row(at: int) -> _Row:
+    def row(at: int) -> Row:
         speed = float(ground_map.speeds_rad_s[at])
 
         def respond(frequencies: FloatArray) -> ComplexArray:
@@ -39,14 +39,10 @@ def ground_motion_peaks(assembled: AssembledSystem, ground_map: GroundMotionMap)
             return np.asarray(found.translation_m[0])
 
         eigenvalues = modes_at_speed(assembled, speed).eigenvalues
-        fine, motion = known, ground_map.translation_m[at]
-        more = np.setdiff1d(samples.samples_around_modes(known, eigenvalues), known)
-        if more.size:
-            fine, motion = samples.joined_samples(known, motion, more, respond(more))
-        return _Row(fine, motion, respond)
+        return resolved_row(known, ground_map.translation_m[at], eigenvalues, respond)
 
     rows = (row(at) for at in range(ground_map.speeds_rad_s.size))
-    return _step_peaks(known, rows, _undamped if assembled.is_conservative else _summits)
+    return step_peaks(known, rows, sampled_peaks if assembled.is_conservative else summits)
 
 
 def stiffness_map_peaks(assembled: AssembledSystem, stiffness_map: StiffnessMap) -> StepPeaks:
@@ -60,7 +56,7 @@ def stiffness_map_peaks(assembled: AssembledSystem, stiffness_map: StiffnessMap)
         ratio = known[-1] / speeds[-1]
         pieces = samples.SMOOTH._replace(knots=ratio * np.array(assembled.knots_rad_s))
 
-    def row(at: int) -> _Row:
+    def row(at: int) -> Row:
         def respond(frequencies: FloatArray) -> ComplexArray:
             # one speed, or one that is proportional to the frequency
             between = np.interp(frequencies, known, speeds)
@@ -70,26 +66,49 @@ def stiffness_map_peaks(assembled: AssembledSystem, stiffness_map: StiffnessMap)
         fine, motion = samples.resolved_response(
             known, stiffness_map.translation_m[at], respond, pieces
         )
-        return _Row(fine, motion, respond)
+        return Row(fine, motion, respond)
 
     rows = (row(at) for at in range(stiffness_map.stiffness_n_per_m.size))
-    return _step_peaks(known, rows, _undamped if assembled.is_conservative else _summits)
+    return step_peaks(known, rows, sampled_peaks if assembled.is_conservative else summits)
 
 
-class _Row(NamedTuple):
-    """A row of a map, sampled more finely: frequencies (p,), ux, uy (p, 2), and the response."""
+class Row(NamedTuple):
+    """A row of a map, sampled more finely, and the response at other frequencies.
+
+    `frequencies`: (p,); `motion`: ux, uy, (p, 2), or those of k motions that have nothing to do
+    with each other, (p, k, 2).
+    """
 
     frequencies: FloatArray
     motion: ComplexArray
     respond: Callable[[FloatArray], ComplexArray]
 
 
-# Places, heights and relative errors of the heights, (k,) each, of the peaks of a row.
-_Summits = Callable[[_Row, FloatArray], tuple[FloatArray, FloatArray, FloatArray]]
+#: Places, heights and relative errors of the heights, (k,) each, of the peaks of a row.
+Summits = Callable[[Row, FloatArray], tuple[FloatArray, FloatArray, FloatArray]]
 
 
-def _step_peaks(known: FloatArray, rows: Iterable[_Row], summits: _Summits) -> StepPeaks:
-    """Peaks in the steps around known frequencies, of rows that are sampled more finely."""
+def resolved_row(
+    known: FloatArray,
+    motion: ComplexArray,
+    eigenvalues: ComplexArray,
+    respond: Callable[[FloatArray], ComplexArray],
+) -> Row:
+    """Return a row of a map with samples around its modes.
+
+    `known`: frequencies, rising, (f,); `motion`: there; `eigenvalues`: λ at the speed of the row.
+    """
+    more = np.setdiff1d(samples.samples_around_modes(known, eigenvalues), known)
+    if not more.size:
+        return Row(known, motion, respond)
+    return Row(*samples.joined_samples(known, motion, more, respond(more)), respond)
+
+
+def step_peaks(known: FloatArray, rows: Iterable[Row], found_in: Summits) -> StepPeaks:
+    """Return the highest response in the steps around known frequencies.
+
+    `known`: rising, (f,); `rows`: sampled more finely; `found_in`: what finds the peaks of a row.
+    """
     middles = 0.5 * (known[1:] + known[:-1])
     found = []
     for row in rows:
@@ -97,7 +116,7 @@ def _step_peaks(known: FloatArray, rows: Iterable[_Row], summits: _Summits) -> S
         height = _heights(row.motion)
         error = np.zeros(fine.size)
         if fine.size > 2:
-            place, top, rest = summits(row, height)
+            place, top, rest = found_in(row, height)
             fine, height = np.append(fine, place), np.append(height, top)
             error = np.append(error, rest)
         step = np.searchsorted(middles, fine)
@@ -111,10 +130,12 @@ def _step_peaks(known: FloatArray, rows: Iterable[_Row], summits: _Summits) -> S
 
 
 def _heights(motion: ComplexArray) -> FloatArray:
-    return elliptic_orbits(motion[:, 0], motion[:, 1]).major_m
+    """Major semi-axes, (p,); of k motions the root of the sum of their squares."""
+    major = elliptic_orbits(motion[..., 0], motion[..., 1]).major_m
+    return major if major.ndim == 1 else np.asarray(np.linalg.norm(major, axis=1))
 
 
-def _undamped(row: _Row, height: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def sampled_peaks(row: Row, height: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Peaks as they are sampled: they have no height."""
     tops = resonance_peaks(row.frequencies, height)
     return (
@@ -124,7 +145,7 @@ def _undamped(row: _Row, height: FloatArray) -> tuple[FloatArray, FloatArray, Fl
     )
 
 
-def _summits(row: _Row, height: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def summits(row: Row, height: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Places and heights of the peaks of a row, solved for, and the relative errors of these.
 
     Each is bracketed by three points, which draw nearer from round to round: to the vertex of the

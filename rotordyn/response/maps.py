@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from solidwhirl.rotordyn.assembly.coordinates import Placed
 from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyArrays
@@ -179,18 +180,27 @@ def ground_motion_map(
     )
 
 
-def _momentum(assembled: AssembledSystem, direction: str) -> dict[str, ComplexArray]:
-    """Return the momentum of each body as it moves by one metre per second with the ground."""
+def check_followed(assembled: Placed, direction: str) -> int:
+    """Return the axis of the ground's motion, 0 or 1.
+
+    Raises AnalysisError: no such axis, or a body that cannot follow.
+    """
     if direction not in ("x", "y"):
         raise AnalysisError(f"direction is {direction!r}; allowed are 'x' and 'y'")
     column = ("x", "y").index(direction)
-    found = {}
     for name, rotor in assembled.system.rotors.items():
         if not rotor.element.rigid_body_present[column]:
             raise AnalysisError(
                 f"body {name!r} cannot move along {direction} as a whole, so it cannot follow the "
                 "ground; hold it by a bearing instead of within its superelement"
             )
-        motion = rotor.element.rigid_body_modes[:, column]
-        found[name] = np.asarray(rotor.element.mass @ motion, dtype=complex)
-    return found
+    return column
+
+
+def _momentum(assembled: AssembledSystem, direction: str) -> dict[str, ComplexArray]:
+    """Return the momentum of each body as it moves by one metre per second with the ground."""
+    column = check_followed(assembled, direction)
+    return {
+        name: np.asarray(r.element.mass @ r.element.rigid_body_modes[:, column], dtype=complex)
+        for name, r in assembled.system.rotors.items()
+    }

@@ -38,8 +38,6 @@ _SLOWEST = 0.05
 # multipliers are those of motions up to twice the fastest change of the matrices, the others bend
 # as springs [2.1e-3, two_bladed_fan; 3e-10 where all motions are taken].
 _SAME_GROWTH, _NO_GROWTH = 1e-2, 1e-3
-# Part of a matrix of velocities that is symmetric, below which that is rounding.
-_EVEN_PART = 1e-12
 # Damping ratio of a resonance below which it is rounding of a root without damping.
 _UNDAMPED = 1e-9
 # Logarithmic decrement of a motion that hardly swings, ζ = 0.71.
@@ -144,21 +142,13 @@ def asymmetry_of(
         gravity=gravity_critical_speeds(rotating, *span) if turns else (),
         ranges=ranges,
         closed=closed_by_damping(driven, *searched, ranges)
-        if top > 0.0 and _is_damped(rotating)
+        if top > 0.0 and rotating.periodic.is_damped
         else (),
         departures={
             name: departure_of(rotor.element)
             for name, rotor in rotating.system.rotors.items()
             if rotor.element.frame == "rotating"
         },
-    )
-
-
-def _is_damped(rotating: RotatingSystem) -> bool:
-    """Whether anything takes energy."""
-    terms = (t.matrix for t in rotating.periodic.velocity)
-    return bool(rotating.periodic.laws) or any(
-        np.abs(a + a.T).max() > _EVEN_PART * np.abs(a).max() for a in terms
     )
 
 
