@@ -35,7 +35,7 @@ _TOLD, _MOST, _MATTERS = 2, 4, 1e-6
 # Answers of fast motions that resonances are sought with.
 _ANSWER = 3e-4
 # Bytes of the matrices that are held at a time.
-_BLOCK_BYTES = 1 << 26
+_BLOCK_BYTES = 1 << 23
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -192,11 +192,11 @@ def _modes(
 
     `speed_rad_s`, `frequency_rad_s`: the highest.
     """
-    stride = shaken.periodic.stride
-    fastest = frequency_rad_s + (1 + stride) * speed_rad_s
-    basis = search_basis(shaken.periodic, fastest, speed_rad_s, _ANSWER)
-    few = held_to(shaken.periodic, basis)
-    turning = PeriodicMotions(few, np.eye(few.size), fastest) if stride else None
+    stride, few, turning = shaken.periodic.stride, shaken.periodic, None
+    if stride:
+        fastest = frequency_rad_s + (1 + stride) * speed_rad_s
+        few = held_to(few, search_basis(few, fastest, speed_rad_s, _ANSWER))
+        turning = PeriodicMotions(few, np.eye(few.size), fastest)
     multiples = sorted({a + m * stride for a in shaken.seat for m in (-1, 0, 1)})
 
     def modes(speed: float) -> ComplexArray:

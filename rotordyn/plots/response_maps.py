@@ -81,11 +81,8 @@ def ground_chart(
     heat, factor = _heat(hertz, speed_rpm, highest_m)
     ends = float(hertz[0]), float(hertz[-1])
     speeds = charts.speed_axis(float(speed_rpm[0]), float(speed_rpm[-1]))
-    turn = np.array([max(60.0 * ends[0], speeds.low or 0.0), min(60.0 * ends[1], speed_rpm[-1])])
-    marks: list[charts.Mark] = [heat]
-    if turn[0] < turn[1]:
-        name = "1/rev of the reference shaft"
-        marks.append(charts.Curve(x=turn / 60.0, y=turn, name=name, look=charts.WHITE))
+    turn = _turn_line(hertz, speed_rpm, 1.0, "1/rev of the reference shaft")
+    marks: list[charts.Mark] = [heat, *turn]
     if peaks:
         x, y, height = zip(*peaks, strict=True)
         texts = [f"peak {factor * h:.4g} {heat.unit}" for h in height]
@@ -99,6 +96,32 @@ def ground_chart(
         parts=marks,
         height_px=440,
     )
+
+
+def with_sidebands(
+    chart: charts.Chart, hertz: FloatArray, speed_rpm: FloatArray, twice: float
+) -> charts.Chart:
+    """Return the chart of a response to ground motion for engines with asymmetric bodies.
+
+    `chart`: of `ground_chart`, with its frequencies and speeds. `twice`: twice the speed of the
+    bodies over that of the reference shaft.
+    """
+    line = _turn_line(hertz, speed_rpm, twice, "2/rev of the asymmetric bodies")
+    dotted = [replace(curve, look=replace(curve.look, dash="dot")) for curve in line]
+    return replace(
+        chart, x=replace(chart.x, label="frequency of the motion"), parts=[*chart.parts, *dotted]
+    )
+
+
+def _turn_line(
+    hertz: FloatArray, speed_rpm: FloatArray, multiple: float, name: str
+) -> list[charts.Curve]:
+    """The frequency of a multiple of the speed, where it is inside a map."""
+    rate = multiple / 60.0
+    low = max(float(hertz[0]) / rate, float(speed_rpm[0]))
+    high = min(float(hertz[-1]) / rate, float(speed_rpm[-1]))
+    turn = np.array([low, high])
+    return [charts.Curve(x=rate * turn, y=turn, name=name, look=charts.WHITE)] if low < high else []
 
 
 def stiffness_chart(

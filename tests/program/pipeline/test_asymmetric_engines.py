@@ -160,6 +160,37 @@ def test_a_second_run_takes_all_stages_of_the_first(folder, tmp_path):
     assert documents[0]["analyses"] == documents[1]["analyses"]
 
 
+def test_ground_motion_is_seen_at_other_frequencies_too(folder):
+    """Most on the ridge of the whirl, or twice the speed from it; parts add up as of any phase."""
+    ends = [
+        {"name": n, "first": f"bar.{n}", "stiffness_n_per_m": k, "damping_n_s_per_m": 100.0}
+        for n, k in (("left", 1e7), ("right", 8e6))
+    ]
+    ends[0]["axial_stiffness_n_per_m"] = 1e7
+    shaken = {"kind": "waterfall", "to_rpm": 6000.0, "speed_count": 3, "frequency_max_hz": 700.0,
+              "frequency_count": 70, "observe": "bar.left"}  # fmt: skip
+    results = run_scene(scene(folder, bearings=ends, analyses=[shaken]))
+    found = results_document(results)["analyses"]["waterfall"]
+    sides, whole = found["sidebands_m"], np.array(found["amplitude_m"])
+    assert list(sides) == ["-2", "2"]
+    parts = np.array(list(sides.values()))
+    assert (np.linalg.norm(parts, axis=0) <= whole).all()
+    assert (np.array(found["highest_m"]) >= whole).all()
+    assert not parts[:, 0].any()  # at rest
+    hertz, twice = np.array(found["frequency_hz"]), 2.0 * 6000.0 / 60.0
+    ridge = hertz[whole[2].argmax()]
+    for side, line in zip(parts[:, 2], (ridge + twice, ridge - twice), strict=True):
+        highest = hertz[side.argmax()]
+        assert min(abs(highest - ridge), abs(highest - line)) <= 2.0 * hertz[0]
+    tree = datasets(results)["analyses/waterfall"]
+    assert tree["sidebands_m"].sel(multiple=2).shape == whole.shape
+    (chart, *_) = results.analyses["waterfall"].blocks()
+    assert {"1/rev of the reference shaft", "2/rev of the asymmetric bodies"} <= {
+        getattr(part, "name", "") for part in chart.parts
+    }
+    assert "by the asymmetry" in chart.caption
+
+
 ROUND = {"kind": "unbalance_response", "unbalances": RESPONSE["unbalances"],
          "observe": ["bar.left"], "from_rpm": 500.0, "to_rpm": 6000.0, "count": 12}  # fmt: skip
 AWAY = {"origin": [0.025, 0.0, 0.0], "direction": [0.0, 0.0, 1.0]}
