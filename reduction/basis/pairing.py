@@ -94,6 +94,7 @@ def averaging_change(operators: BodyOperators, basis: Basis, speed_rad_s: float)
     frequencies count, and those of the first two pairs. Half of what pairs are apart is in it, and
     half of what the inertia of rigid motions is unlike in two directions.
     """
+    assert basis.generator is not None
     kept = basis.fixed_eigenvalues[basis.fixed_eigenvalues > 0.0]
     highest = float(kept[-1]) if len(kept) else np.inf
     # static corrections above the modes mix what the mesh has of all circumferential orders

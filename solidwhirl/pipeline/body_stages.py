@@ -9,7 +9,13 @@ from functools import cache
 from typing import Any
 
 from solidwhirl.bodies import reduction
-from solidwhirl.bodies.refinement import Judgement, Round, next_discretisations, rounds_of
+from solidwhirl.bodies.refinement import (
+    Judgement,
+    Refinement,
+    Round,
+    next_discretisations,
+    rounds_of,
+)
 from solidwhirl.core.reduction_work import ReductionWork
 from solidwhirl.core.stages import Progress, Stage, StageName
 from solidwhirl.cost.forecast import shortage_of
@@ -82,7 +88,46 @@ def reduced_bodies(
 
     first = {name: reduction.first_discretisation(scene, plan, name) for name in bodies}
     shortage = shortage_of(scene, plan, bodies, job.progress)
-    return rounds_of(first, reduce_one, judge, job.comm, shortage)
+    own, others = _refinement_keys(job, bodies, simple)
+    kept, other = job.comm.bcast([job.stage_cache.find(key) for key in (own, others)])
+    job.stage_cache.say("refinement", "computed" if kept is None else "kept")
+    if kept is not None:
+        again = {n: reduce_one(n, c, None) for n, c in kept.discretisations.items()}
+        return {n: r for n, r in again.items() if r is not None}, kept.rounds
+    start = first if other is None else other.discretisations
+    reduced, rounds = rounds_of(start, reduce_one, judge, job.comm, shortage)
+    if other is not None:
+        rounds = (replace(rounds[0], from_other=True), *rounds[1:])
+    if rounds:
+        found = Refinement(
+            discretisations={n: r.discretisation for n, r in reduced.items()}, rounds=rounds
+        )
+        for key in (own, others):
+            job.stage_cache.keep(key, "refinement", found)
+    return reduced, rounds
+
+
+def bodies_asked(job: Job, bodies: Mapping[str, Body | MeshedBody]) -> tuple[Any, ...]:
+    """Return all that the reduction of bodies sees but their meshes, and a little more."""
+    scene, plan = job.scene, job.plan
+    solids = scene.finite_element_bodies()
+    return (
+        [_content(body) for body in bodies.values()],
+        [plan.bodies[name] for name in bodies],
+        [(effect.name, effect.on) for effect in plan.effects],
+        scene.model,
+        scene.effects,
+        [solids[name].model_dump(exclude={"file"}) for name in bodies],
+    )
+
+
+def _refinement_keys(
+    job: Job, bodies: Mapping[str, Body | MeshedBody], simple: Mapping[str, Superelement]
+) -> tuple[str, str]:
+    """Keys of the refinement for this engine, and of that for the last one with these bodies."""
+    asked = bodies_asked(job, bodies)
+    own = (engine_part(job.scene), job.plan.speeds_rad_s, simple)
+    return job.stage_cache.key("refinement", asked, own), job.stage_cache.key("refined", asked)
 
 
 def elements_of(
@@ -180,19 +225,8 @@ def _reduction_key(
     job: Job, body: Body | MeshedBody, mesh: Mesh, chosen: reduction.Discretisation, team: Any
 ) -> str:
     """All that a body's reduction sees, and a little more."""
-    scene, plan = job.scene, job.plan
-    return job.stage_cache.key(
-        "reduction",
-        _content(body),
-        mesh,
-        chosen,
-        plan.bodies[body.name],
-        [(effect.name, effect.on) for effect in plan.effects],
-        scene.model,
-        scene.effects,
-        scene.finite_element_bodies()[body.name].model_dump(exclude={"file"}),
-        team.size,
-    )
+    asked = bodies_asked(job, {body.name: body})
+    return job.stage_cache.key("reduction", asked, mesh, chosen, team.size)
 
 
 def _restored(
