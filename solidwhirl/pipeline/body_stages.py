@@ -52,12 +52,43 @@ class Job:
 def reduced_bodies(
     job: Job, bodies: Mapping[str, Body | MeshedBody], simple: Mapping[str, Superelement]
 ) -> tuple[dict[str, reduction.BodyResult], tuple[Round, ...]]:
-    """Reduce the bodies until the estimated error is within the accuracy, or can't get there."""
-    scene, plan = job.scene, job.plan
+    """Reduce the bodies until the estimated error is within the accuracy, or can't get there.
+
+    The refinement begins where that of the same bodies with other supports ended, if it is kept.
+    """
+    scene, stage_cache = job.scene, job.stage_cache
     if job.comm.size > 1:
         # the solvers talk to all ranks when they start, but some bodies are reduced by one
         with job.clock.stage("import_solvers"):
             import solidwhirl.reduction  # noqa: F401
+    first = {name: reduction.first_discretisation(scene, job.plan, name) for name in bodies}
+    if not bodies or scene.model.estimates == "off":  # nothing is refined
+        return _refined_bodies(job, bodies, simple, first)
+    keys = _refinement_keys(job, bodies, simple)
+    kept, other = job.comm.bcast([stage_cache.find(key) for key in keys])
+    stage_cache.say("refinement", "computed" if kept is None else "kept")
+    if kept is not None:
+        again = {n: _reduce(job, bodies[n], c, None) for n, c in kept.discretisations.items()}
+        return {n: r for n, r in again.items() if r is not None}, kept.rounds
+    if other is not None:
+        modes = {n: max(first[n].modes, c.modes) for n, c in other.discretisations.items()}
+        first = {n: replace(c, modes=modes[n]) for n, c in other.discretisations.items()}
+    reduced, rounds = _refined_bodies(job, bodies, simple, first)
+    if rounds:  # on rank 0
+        rounds = (replace(rounds[0], from_other=other is not None), *rounds[1:])
+        chosen = {n: r.discretisation for n, r in reduced.items()}
+        for key in keys:
+            stage_cache.keep(key, "refinement", Refinement(discretisations=chosen, rounds=rounds))
+    return reduced, rounds
+
+
+def _refined_bodies(
+    job: Job,
+    bodies: Mapping[str, Body | MeshedBody],
+    simple: Mapping[str, Superelement],
+    first: Mapping[str, reduction.Discretisation],
+) -> tuple[dict[str, reduction.BodyResult], tuple[Round, ...]]:
+    scene, plan = job.scene, job.plan
 
     def reduce_one(
         name: str, chosen: reduction.Discretisation, before: reduction.BodyResult | None
@@ -86,25 +117,8 @@ def reduced_bodies(
         job.progress(f"estimated error {done.estimate:.1e} after round {number}{left_out}")
         return done, todo
 
-    first = {name: reduction.first_discretisation(scene, plan, name) for name in bodies}
     shortage = shortage_of(scene, plan, bodies, job.progress)
-    own, others = _refinement_keys(job, bodies, simple)
-    kept, other = job.comm.bcast([job.stage_cache.find(key) for key in (own, others)])
-    job.stage_cache.say("refinement", "computed" if kept is None else "kept")
-    if kept is not None:
-        again = {n: reduce_one(n, c, None) for n, c in kept.discretisations.items()}
-        return {n: r for n, r in again.items() if r is not None}, kept.rounds
-    start = first if other is None else other.discretisations
-    reduced, rounds = rounds_of(start, reduce_one, judge, job.comm, shortage)
-    if other is not None:
-        rounds = (replace(rounds[0], from_other=True), *rounds[1:])
-    if rounds:
-        found = Refinement(
-            discretisations={n: r.discretisation for n, r in reduced.items()}, rounds=rounds
-        )
-        for key in (own, others):
-            job.stage_cache.keep(key, "refinement", found)
-    return reduced, rounds
+    return rounds_of(first, reduce_one, judge, job.comm, shortage)
 
 
 def bodies_asked(job: Job, bodies: Mapping[str, Body | MeshedBody]) -> tuple[Any, ...]:
