@@ -13,6 +13,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import scipy.linalg as la
 
 from solidwhirl.reduction.basis.craig_bampton import Basis, orthogonality_error
 from solidwhirl.reduction.errors import ReductionError
@@ -30,6 +31,10 @@ _RIGID = ((("ux", 1.0), ("uy", 1.0)), (("ry", 1.0), ("rx", -1.0)))
 _HELD = 1e-9
 # Modes at rest and at speed, over the highest squared frequency of those at rest.
 _ABOVE = 1.05
+# Squared frequencies below this part of the lowest with all interfaces held are rounding.
+_RIGID_BELOW = 1e-5
+# Motions whose frequencies count in any case: two pairs.
+_FIRST = 4
 
 
 def paired(operators: BodyOperators, basis: Basis, orders: tuple[int, ...]) -> Basis:
@@ -82,30 +87,34 @@ def even_gyroscopic(operators: BodyOperators, basis: Basis, mass: FloatArray) ->
     return skew(2.0 * (across - mass @ basis.generator))
 
 
-def evenness(operators: BodyOperators, basis: Basis) -> float:
-    """Return the largest change of M and K by averaging over turns, over their diagonals.
+def averaging_change(operators: BodyOperators, basis: Basis, speed_rad_s: float) -> float:
+    """Return how far averaging over turns moves frequencies of the free body, relative; the most.
 
-    `operators`, `basis`: of a body of revolution, the basis in pairs.
+    `operators`, `basis`: of a body of revolution, the basis in pairs. `speed_rad_s`: up to which
+    frequencies count, and those of the first two pairs. Half of what pairs are apart is in it, and
+    half of what the inertia of rigid motions is unlike in two directions.
     """
-    found = [
-        symmetric(project(matrix, basis.vectors, operators.comm))
-        for matrix in (operators.mass, operators.stiffness)
-    ]
-    even = [evenly_turned(matrix, basis.generator) for matrix in found]
-    elastic = basis.fixed_eigenvalues[basis.fixed_eigenvalues > 0.0]
-    lowest, highest = (float(elastic[0]), float(elastic[-1])) if len(elastic) else (0.0, np.inf)
+    assert basis.generator is not None
+    kept = basis.fixed_eigenvalues[basis.fixed_eigenvalues > 0.0]
+    highest = float(kept[-1]) if len(kept) else np.inf
     # static corrections above the modes mix what the mesh has of all circumferential orders
-    chosen = np.ones(len(even[0]), dtype=bool)
-    chosen[basis.interface_count :] = basis.eigenvalues <= _ABOVE * highest
-    found, even = ([m[np.ix_(chosen, chosen)] for m in pair] for pair in (found, even))
-    mass, stiffness = (np.diag(matrix) for matrix in even)
-    # motions without stiffness are measured by their inertia at the lowest mode
-    sizes = [mass, np.maximum(stiffness, 0.0) + lowest * mass]
-    worst = [
-        float((np.abs(a - b) / np.sqrt(np.outer(s, s))).max(initial=0.0))
-        for a, b, s in zip(found, even, sizes, strict=True)
-    ]
-    return max(worst)
+    chosen = np.abs(basis.generator).any(axis=0)
+    chosen[basis.interface_count :] &= basis.eigenvalues <= _ABOVE * highest
+    vectors = basis.vectors[:, chosen]
+    turns = basis.generator[np.ix_(chosen, chosen)]
+    stiffness, mass = (
+        symmetric(project(matrix, vectors, operators.comm))
+        for matrix in (operators.stiffness, operators.mass)
+    )
+    even = evenly_turned(mass, turns)
+    values, shapes = la.eigh(evenly_turned(stiffness, turns), even)
+    elastic = values > _RIGID_BELOW * float(kept[0] if len(kept) else values[-1])
+    rigid = shapes[:, ~elastic]
+    moved = 0.5 * np.abs(np.linalg.eigvalsh(rigid.T @ mass @ rigid) - 1.0)
+    counts = elastic & (np.cumsum(elastic) <= _FIRST) | elastic & (values <= speed_rad_s**2)
+    own = np.maximum(la.eigvalsh(stiffness, mass), 0.0)
+    bent = np.abs(np.sqrt(own[counts] / values[counts]) - 1.0)
+    return float(max(moved.max(initial=0.0), bent.max(initial=0.0)))
 
 
 def _interface_generator(coordinates: tuple[tuple[str, str], ...]) -> FloatArray:

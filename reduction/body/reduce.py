@@ -13,7 +13,7 @@ from solidwhirl.core.reduction_work import ReductionWork
 from solidwhirl.meshing import Mesh
 from solidwhirl.meshing.imported.records import AnyBody, MeshedBody, is_asymmetric
 from solidwhirl.reduction.basis.craig_bampton import Basis, orthogonality_error
-from solidwhirl.reduction.basis.pairing import evenness
+from solidwhirl.reduction.basis.pairing import averaging_change
 from solidwhirl.reduction.basis.reduced_block import ReducedBlock, joined_rows
 from solidwhirl.reduction.body import superelements, surfaces, verification
 from solidwhirl.reduction.body.mass_moments import block_moments
@@ -112,7 +112,7 @@ def _solved(
     reduced = time.perf_counter()
     omitted, finer, did = _omitted(operators, basis, body, request)
     estimated = time.perf_counter()
-    checks = order_checks(operators, basis, error, body)
+    checks = order_checks(operators, basis, error, body, request)
     checked = time.perf_counter()
     solver = solver_name(basis.factor)
     basis.factor.destroy()
@@ -145,6 +145,7 @@ def order_checks(
     basis: Basis,
     orthogonality: float,
     body: AnyBody,
+    request: ReductionRequest,
 ) -> list[Invariant]:
     """What must hold for the basis of one order, while its factor is at hand."""
     where = body.name if operators.harmonic is None else f"{body.name}, n={operators.harmonic}"
@@ -152,7 +153,8 @@ def order_checks(
     if operators.harmonic is not None:
         return [*out, verification.count_fixed_modes(operators, basis, where)]
     if basis.generator is not None:
-        out.append(verification.check_evenness(where, evenness(operators, basis)))
+        change = averaging_change(operators, basis, request.maximum_speed_rad_s)
+        out.append(verification.check_evenness(where, change, request.accuracy))
     return [*out, verification.count_found_modes(operators, basis, where)]
 
 

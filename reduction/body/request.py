@@ -43,6 +43,8 @@ class ReductionRequest:
     #: Relative error of a frequency from which on static answers to the loads of
     #: the spin are in the basis (see `with_spin_answers`); 0: never
     spin_tolerance: float = 0.0
+    #: Relative error of a frequency that the shape of a mesh taken as one of revolution may make
+    accuracy: float = 1e-3
 
 
 def shape_of(body: AnyBody) -> str:

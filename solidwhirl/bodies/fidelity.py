@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
 from solidwhirl.beams.error import beam_theory_error
 from solidwhirl.beams.profile import BeamLevelError
-from solidwhirl.beams.scene_bodies import beam_bodies
+from solidwhirl.beams.scene_bodies import BeamBodies, beam_bodies
 from solidwhirl.bodies.refinement import asked_modes, sample_speeds
 from solidwhirl.geometry import Body
 from solidwhirl.model.effects import make_plan
+from solidwhirl.model.plan_records import Plan
 from solidwhirl.model.system_parts import engine_of, simple_elements
 from solidwhirl.rotordyn import modes_at_speed
 from solidwhirl.scene.records import Scene
@@ -21,8 +22,15 @@ from solidwhirl.scene_checks.recovery_references import meshes_for
 # what is asked: the estimate of beam theory is a spread of models, not a bound.
 _COARSE_ENOUGH, _RESERVE = 5e-3, 0.5
 
+# Makes the beam models of bodies, their variants with them.
+Beams = Callable[[Scene, Plan, Mapping[str, Body]], BeamBodies]
 
-def chosen_level(scene: Scene, bodies: Mapping[str, Body]) -> str:
+
+def _estimated_beams(scene: Scene, plan: Plan, bodies: Mapping[str, Body]) -> BeamBodies:
+    return beam_bodies(scene, plan, bodies, estimated=True)
+
+
+def chosen_level(scene: Scene, bodies: Mapping[str, Body], beams: Beams = _estimated_beams) -> str:
     """Choose the cheapest level that is accurate enough, where the scene says "auto".
 
     Beams cost milliseconds and tell their own error; where that is not good enough, the harmonic
@@ -36,16 +44,16 @@ def chosen_level(scene: Scene, bodies: Mapping[str, Body]) -> str:
     # beams can't be tried in an engine with meshes before these are reduced, and hold no stress
     meshed = scene.mesh_bodies or meshes_for(scene) or any(b.features for b in bodies.values())
     wanted = model.estimates == "on" and model.accuracy >= _COARSE_ENOUGH and not meshed
-    if bodies and wanted and given == (None,) * 4 and _beams_suffice(scene, bodies):
+    if bodies and wanted and given == (None,) * 4 and _beams_suffice(scene, bodies, beams):
         return "beam"
     return "harmonic"
 
 
-def _beams_suffice(scene: Scene, bodies: Mapping[str, Body]) -> bool:
+def _beams_suffice(scene: Scene, bodies: Mapping[str, Body], make: Beams) -> bool:
     trial = scene.model_copy(update={"model": scene.model.model_copy(update={"level": "beam"})})
     plan = make_plan(trial, bodies)
     try:
-        beams = beam_bodies(trial, plan, bodies, estimated=True)
+        beams = make(trial, plan, bodies)
     except BeamLevelError:
         return False
     simple = simple_elements(trial, plan)

@@ -223,6 +223,7 @@ def request_of(
         solver=own.solver,
         neighbours=scene.model.stage_joints == "neighbours",
         spin_tolerance=0.0 if chosen.modes_fixed else _SPIN_SHARE * scene.model.accuracy,
+        accuracy=scene.model.accuracy,
     )
 
 

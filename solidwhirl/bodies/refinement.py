@@ -54,6 +54,16 @@ class Round:
     stopped: str = ""
     kept: bool = False  #: Whether the results are of this round
     looked_at: int = 0  #: Modes that were looked at, over all speeds
+    #: Whether it begins with meshes and bases that were refined for other supports or speeds
+    from_other: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Refinement:
+    """What the refinement of the bodies of an engine came to."""
+
+    discretisations: Mapping[str, Discretisation]
+    rounds: tuple[Round, ...]
 
 
 def next_discretisations(

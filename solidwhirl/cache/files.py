@@ -33,6 +33,8 @@ _SUFFIX = ".stage"
 _LOCK_SUFFIX = ".lock"
 # Temporary files of other processes are left alone for this long, in seconds.
 _PATIENCE_S = 86_400.0
+# Room for entries that the last run had no use for.
+_ROOM_BYTES = 200_000_000
 # How an element was made says nothing about its numbers.
 _LEFT_OUT = {"solidwhirl.rotordyn.superelement.record.Superelement": frozenset({"provenance"})}
 # What changes bits besides the packages of `package_versions`.
@@ -79,6 +81,8 @@ class StageStore:
                 path.unlink()
             return None
         self._used.add(key)
+        with contextlib.suppress(OSError):
+            os.utime(path)
         return value
 
     def keep(self, key: str, stage: str, value: Any, note: Note) -> None:
@@ -128,11 +132,18 @@ class StageStore:
                 with contextlib.suppress(OSError):
                     self.folder.rmdir()  # only if nothing was kept
 
-    def prune(self) -> None:
-        """Remove the entries that were neither found nor kept since this store was opened."""
+    def prune(self, room_bytes: int = _ROOM_BYTES) -> None:
+        """Remove entries that were neither found nor kept since this store was opened.
+
+        Of these, the ones that were used last stay as far as there is room: who tries a value often
+        goes back to the one before.
+        """
         with contextlib.suppress(OSError):
-            for path in self.folder.glob(f"*{_SUFFIX}"):
-                if path.stem not in self._used:
+            others = [p for p in self.folder.glob(f"*{_SUFFIX}") if p.stem not in self._used]
+            found = {path: path.stat() for path in others}
+            for path in sorted(others, key=lambda p: found[p].st_mtime, reverse=True):
+                room_bytes -= found[path].st_size
+                if room_bytes < 0:
                     path.unlink(missing_ok=True)
 
     def remove(self) -> None:

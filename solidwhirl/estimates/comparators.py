@@ -7,8 +7,8 @@ coupled, which is a choice of the model, against the other choice.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from solidwhirl.analyses.kinds.unbalance_response import UnbalanceResponseSpec
@@ -36,7 +36,18 @@ _COARSE = 1e-2
 _COARSER, _RATE = 1.5, 0.8
 _FEWEST = 4
 
-Assemble = Callable[[Mapping[str, Superelement]], AssembledSystem]
+
+@dataclass(frozen=True, kw_only=True)
+class OtherBodies:
+    """Bodies of two models that differ by one part of the error, without the engine around them.
+
+    `first` None: the scene's own bodies. `safety`: factor on the difference.
+    """
+
+    part: str
+    first: Mapping[str, Superelement] | None = None
+    second: Mapping[str, Superelement]
+    safety: float = 1.0
 
 
 class Comparison(NamedTuple):
@@ -53,35 +64,23 @@ class Comparison(NamedTuple):
     safety: float = 1.0
 
 
-def beam_comparison(
-    elements: Mapping[str, Superelement],
-    finer: Mapping[str, Superelement],
-    assemble: Assemble,
-) -> tuple[Comparison, ...]:
+def beam_comparison(finer: Mapping[str, Superelement]) -> tuple[OtherBodies, ...]:
     """Compare beams with ones half as long.
 
     `finer`: bodies made of beams, with beams half as long; the error of frequencies falls with the
     square of the length, so 4/3 of the difference is the error.
     """
-    if not finer:
-        return ()
-    own = {name: elements[name] for name in finer}
-    return (Comparison("mesh", None, assemble({**elements, **finer}), own, finer, 4.0 / 3.0),)
+    return (OtherBodies(part="mesh", second=finer, safety=4.0 / 3.0),) if finer else ()
 
 
-def coupling_comparison(
-    scene: Scene,
-    bodies: Mapping[str, Body],
-    elements: Mapping[str, Superelement],
-    assemble: Assemble,
-) -> tuple[Comparison, ...]:
+def coupling_comparison(scene: Scene, bodies: Mapping[str, Body]) -> tuple[OtherBodies, ...]:
     """Compare rigid with distributing coupling of the interfaces that joints act on.
 
     Part "interface_coupling", on the harmonic level, on coarse meshes and without blades, holes and
     slots; empty where no joint acts on a meshed body, or the other coupling can not be had
     (surfaces that touch).
     """
-    joints, looked_at = places_of_joints(scene), _places_of_responses(scene)
+    joints, looked_at = places_of_joints(scene), places_of_responses(scene)
     as_is, flipped = {}, {}
     for name, body in bodies.items():
         # interfaces that nothing acts on add no stiffness, but cost time
@@ -108,12 +107,11 @@ def coupling_comparison(
             second.pop(name, None)  # the other coupling is impossible there: nothing to compare
     if not second:
         return ()
-    mine, theirs = (assemble({**elements, **own}) for own in (first, second))
-    return (Comparison("interface_coupling", mine, theirs, first, second),)
+    return (OtherBodies(part="interface_coupling", first=first, second=second),)
 
 
-def _places_of_responses(scene: Scene) -> frozenset[str]:
-    """Places of unbalance responses, whose peaks are compared."""
+def places_of_responses(scene: Scene) -> frozenset[str]:
+    """Return the places of unbalance responses, whose peaks are compared."""
     found: set[str] = set()
     for spec in scene.analyses:
         if isinstance(spec, UnbalanceResponseSpec):
@@ -163,12 +161,8 @@ def _without_estimates(scene: Scene) -> Scene:
 
 
 def step_comparisons(
-    scene: Scene,
-    plan: Plan,
-    results: Mapping[str, BodyResult],
-    elements: Mapping[str, Superelement],
-    assemble: Assemble,
-) -> tuple[Comparison, ...]:
+    scene: Scene, plan: Plan, results: Mapping[str, BodyResult]
+) -> tuple[OtherBodies, ...]:
     """Compare whole meshes of STEP files with coarser ones of the same body: part "mesh".
 
     Empty where there is none, or no coarser mesh can be had.
@@ -176,7 +170,7 @@ def step_comparisons(
     With e ~ h^r the error of the own mesh is the difference over 1.5^r - 1 (Richardson); r is taken
     as that of the worst places, so that it is over- rather than underestimated.
     """
-    own, coarser = {}, {}
+    coarser = {}
     for name, result in results.items():
         body = result.body
         if not is_compared(body, plan.bodies[name]):
@@ -184,11 +178,10 @@ def step_comparisons(
         assert isinstance(body, MeshedBody)
         element = _coarser(scene, plan, body, result)
         if element is not None:
-            own[name], coarser[name] = result.element, element
+            coarser[name] = element
     if not coarser:
         return ()
-    safety = 1.0 / (_COARSER**_RATE - 1.0)
-    return (Comparison("mesh", None, assemble({**elements, **coarser}), own, coarser, safety),)
+    return (OtherBodies(part="mesh", second=coarser, safety=1.0 / (_COARSER**_RATE - 1.0)),)
 
 
 def is_compared(body: Body | MeshedBody, plan: BodyPlan) -> bool:

@@ -69,6 +69,7 @@ def accuracy_document(
                 "refined": list(r.refined),
                 "stopped": r.stopped,
                 "kept": r.kept,
+                "from_other": r.from_other,
             }
             for r in rounds
         ],

@@ -9,7 +9,13 @@ from functools import cache
 from typing import Any
 
 from solidwhirl.bodies import reduction
-from solidwhirl.bodies.refinement import Judgement, Round, next_discretisations, rounds_of
+from solidwhirl.bodies.refinement import (
+    Judgement,
+    Refinement,
+    Round,
+    next_discretisations,
+    rounds_of,
+)
 from solidwhirl.core.reduction_work import ReductionWork
 from solidwhirl.core.stages import Progress, Stage, StageName
 from solidwhirl.cost.forecast import shortage_of
@@ -46,12 +52,43 @@ class Job:
 def reduced_bodies(
     job: Job, bodies: Mapping[str, Body | MeshedBody], simple: Mapping[str, Superelement]
 ) -> tuple[dict[str, reduction.BodyResult], tuple[Round, ...]]:
-    """Reduce the bodies until the estimated error is within the accuracy, or can't get there."""
-    scene, plan = job.scene, job.plan
+    """Reduce the bodies until the estimated error is within the accuracy, or can't get there.
+
+    The refinement begins where that of the same bodies with other supports ended, if it is kept.
+    """
+    scene, stage_cache = job.scene, job.stage_cache
     if job.comm.size > 1:
         # the solvers talk to all ranks when they start, but some bodies are reduced by one
         with job.clock.stage("import_solvers"):
             import solidwhirl.reduction  # noqa: F401
+    first = {name: reduction.first_discretisation(scene, job.plan, name) for name in bodies}
+    if not bodies or scene.model.estimates == "off":  # nothing is refined
+        return _refined_bodies(job, bodies, simple, first)
+    keys = _refinement_keys(job, bodies, simple)
+    kept, other = job.comm.bcast([stage_cache.find(key) for key in keys])
+    stage_cache.say("refinement", "computed" if kept is None else "kept")
+    if kept is not None:
+        again = {n: _reduce(job, bodies[n], c, None) for n, c in kept.discretisations.items()}
+        return {n: r for n, r in again.items() if r is not None}, kept.rounds
+    if other is not None:
+        modes = {n: max(first[n].modes, c.modes) for n, c in other.discretisations.items()}
+        first = {n: replace(c, modes=modes[n]) for n, c in other.discretisations.items()}
+    reduced, rounds = _refined_bodies(job, bodies, simple, first)
+    if rounds:  # on rank 0
+        rounds = (replace(rounds[0], from_other=other is not None), *rounds[1:])
+        chosen = {n: r.discretisation for n, r in reduced.items()}
+        for key in keys:
+            stage_cache.keep(key, "refinement", Refinement(discretisations=chosen, rounds=rounds))
+    return reduced, rounds
+
+
+def _refined_bodies(
+    job: Job,
+    bodies: Mapping[str, Body | MeshedBody],
+    simple: Mapping[str, Superelement],
+    first: Mapping[str, reduction.Discretisation],
+) -> tuple[dict[str, reduction.BodyResult], tuple[Round, ...]]:
+    scene, plan = job.scene, job.plan
 
     def reduce_one(
         name: str, chosen: reduction.Discretisation, before: reduction.BodyResult | None
@@ -80,9 +117,31 @@ def reduced_bodies(
         job.progress(f"estimated error {done.estimate:.1e} after round {number}{left_out}")
         return done, todo
 
-    first = {name: reduction.first_discretisation(scene, plan, name) for name in bodies}
     shortage = shortage_of(scene, plan, bodies, job.progress)
     return rounds_of(first, reduce_one, judge, job.comm, shortage)
+
+
+def bodies_asked(job: Job, bodies: Mapping[str, Body | MeshedBody]) -> tuple[Any, ...]:
+    """Return all that the reduction of bodies sees but their meshes, and a little more."""
+    scene, plan = job.scene, job.plan
+    solids = scene.finite_element_bodies()
+    return (
+        [_content(body) for body in bodies.values()],
+        [plan.bodies[name] for name in bodies],
+        [(effect.name, effect.on) for effect in plan.effects],
+        scene.model,
+        scene.effects,
+        [solids[name].model_dump(exclude={"file"}) for name in bodies],
+    )
+
+
+def _refinement_keys(
+    job: Job, bodies: Mapping[str, Body | MeshedBody], simple: Mapping[str, Superelement]
+) -> tuple[str, str]:
+    """Keys of the refinement for this engine, and of that for the last one with these bodies."""
+    asked = bodies_asked(job, bodies)
+    own = (engine_part(job.scene), job.plan.speeds_rad_s, simple)
+    return job.stage_cache.key("refinement", asked, own), job.stage_cache.key("refined", asked)
 
 
 def elements_of(
@@ -180,19 +239,8 @@ def _reduction_key(
     job: Job, body: Body | MeshedBody, mesh: Mesh, chosen: reduction.Discretisation, team: Any
 ) -> str:
     """All that a body's reduction sees, and a little more."""
-    scene, plan = job.scene, job.plan
-    return job.stage_cache.key(
-        "reduction",
-        _content(body),
-        mesh,
-        chosen,
-        plan.bodies[body.name],
-        [(effect.name, effect.on) for effect in plan.effects],
-        scene.model,
-        scene.effects,
-        scene.finite_element_bodies()[body.name].model_dump(exclude={"file"}),
-        team.size,
-    )
+    asked = bodies_asked(job, {body.name: body})
+    return job.stage_cache.key("reduction", asked, mesh, chosen, team.size)
 
 
 def _restored(

@@ -15,8 +15,10 @@ from solidwhirl.core.outcome import Outcome
 from solidwhirl.core.stages import Stage, StageName
 from solidwhirl.estimates.comparators import (
     Comparison,
+    OtherBodies,
     beam_comparison,
     coupling_comparison,
+    places_of_responses,
     step_comparisons,
 )
 from solidwhirl.estimates.peaks import with_peak_estimates
@@ -31,7 +33,7 @@ from solidwhirl.pipeline.asymmetry import (
     diagram_in_fixed_axes,
     stability_in_ranges,
 )
-from solidwhirl.pipeline.body_stages import Job
+from solidwhirl.pipeline.body_stages import Job, bodies_asked
 from solidwhirl.pipeline.cached_stages import engine_part
 from solidwhirl.pipeline.cyclic_bodies import cyclic_source
 from solidwhirl.rotordyn import (
@@ -48,6 +50,7 @@ from solidwhirl.rotordyn import (
 from solidwhirl.rotordyn.asymmetric import RotatingSystem
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
 from solidwhirl.scene.records import Scene
+from solidwhirl.scene_checks.interface_motions import places_of_joints
 from solidwhirl.scene_checks.operating import operating_speeds
 from solidwhirl.scene_checks.speeds_asked import range_top_rpm
 
@@ -288,75 +291,41 @@ def _beam_variants(engine: Engine) -> BeamVariants | None:
 
 
 def _comparisons(engine: Engine) -> tuple[Comparison, ...]:
-    """Other models whose results tell parts of the error, kept as the bodies that differ."""
+    """Other models whose results tell parts of the error."""
     job = engine.job
-    asked = [b.model_dump() for b in job.scene.analyses]
-    bodies = [(r.body, r.discretisation) for r in engine.reduced.values()]
-    key = job.stage_cache.key("comparisons", engine.digest, asked, bodies, engine.beams.finer)
-    if not engine.reduced:  # beams are compared in milliseconds
-        return _compared(engine)
-    computed: list[tuple[Comparison, ...]] = []
-
-    def compute() -> Any:
-        computed.append(_compared(engine))
-        return _packed(computed[0])
-
-    kept = job.stage_cache.stage("comparisons", key, compute)
-    return computed[0] if computed else _unpacked(engine, kept)
+    found = beam_comparison(engine.beams.finer)
+    if engine.reduced:  # beams are compared in milliseconds
+        bodies = bodies_asked(job, {n: r.body for n, r in engine.reduced.items()})
+        chosen = [r.discretisation for r in engine.reduced.values()]
+        places = [sorted(p(job.scene)) for p in (places_of_joints, places_of_responses)]
+        key = job.stage_cache.key("comparisons", bodies, chosen, places, job.scene.campbell)
+        found += job.stage_cache.stage("comparisons", key, partial(_compared, engine))
+    return tuple(_assembled(engine, other) for other in found)
 
 
-def _compared(engine: Engine) -> tuple[Comparison, ...]:
-    job, elements = engine.job, engine.elements
-    scene, plan = job.scene, job.plan
-    made_of = partial(engine_of, scene, plan)
-    drawn = {n: r for n, r in engine.reduced.items() if isinstance(r.body, Body)}
-    found = beam_comparison(elements, engine.beams.finer, made_of)
-    found += step_comparisons(scene, plan, engine.reduced, elements, made_of)
+def _compared(engine: Engine) -> tuple[OtherBodies, ...]:
+    scene = engine.job.scene
+    found = step_comparisons(scene, engine.job.plan, engine.reduced)
     if scene.model.compare_coupling == "on":
-        bodies = {n: r.body for n, r in drawn.items() if isinstance(r.body, Body)}
-        found += coupling_comparison(scene, bodies, elements, made_of)
+        drawn = {n: r.body for n, r in engine.reduced.items() if isinstance(r.body, Body)}
+        found += coupling_comparison(scene, drawn)
     return found
 
 
-def _packed(pairs: tuple[Comparison, ...]) -> Any:
-    """Bodies of all models, each model once, and which of them are compared."""
-    models: dict[int, Mapping[str, Superelement]] = {}
-    for pair in pairs:
-        models[id(pair.first_elements)] = pair.first_elements
-        models[id(pair.second_elements)] = pair.second_elements
-    number = {key: k for k, key in enumerate(models)}
-    compared = [
-        (
-            pair.part,
-            pair.first is None,
-            number[id(pair.first_elements)],
-            number[id(pair.second_elements)],
-            pair.safety,
-        )
-        for pair in pairs
-    ]
-    return list(models.values()), compared
+def _assembled(engine: Engine, other: OtherBodies) -> Comparison:
+    """Two models of the engine with other bodies in it."""
 
+    def made(own: Mapping[str, Superelement]) -> AssembledSystem:
+        return engine_of(engine.job.scene, engine.job.plan, {**engine.elements, **own})
 
-def _unpacked(engine: Engine, kept: Any) -> tuple[Comparison, ...]:
-    """Comparisons of kept bodies; a model of several of them is assembled once."""
-    models, compared = kept
-
-    @cache
-    def system(number: int) -> AssembledSystem:
-        job = engine.job
-        return engine_of(job.scene, job.plan, {**engine.elements, **models[number]})
-
-    return tuple(
-        Comparison(
-            part=part,
-            first=None if is_own else system(first),
-            second=system(second),
-            first_elements=models[first],
-            second_elements=models[second],
-            safety=safety,
-        )
-        for part, is_own, first, second, safety in compared
+    first = other.first
+    return Comparison(
+        part=other.part,
+        first=None if first is None else made(first),
+        second=made(other.second),
+        first_elements={n: engine.elements[n] for n in other.second} if first is None else first,
+        second_elements=other.second,
+        safety=other.safety,
     )
 
 

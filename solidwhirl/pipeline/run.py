@@ -110,23 +110,49 @@ def _level(
     if kept is not None:
         stage_cache.say(name, "kept")
         return kept, lambda: None
-    level = chosen_level(scene, bodies)
+    keep: list[Callable[[], None]] = []
+
+    def beams(trial: Scene, plan: Plan, own: Mapping[str, Body]) -> BeamBodies:
+        of_beams = _key_of_beams(stage_cache, trial, plan, own)
+        found: BeamBodies | None = stage_cache.find(of_beams)
+        if found is None:
+            found = beam_bodies(trial, plan, own, estimated=True)
+            keep.append(partial(stage_cache.keep, of_beams, "beams", found))
+        return found
+
+    level = chosen_level(scene, bodies, beams)
     stage_cache.say(name, "computed")
-    return level, lambda: stage_cache.keep(key, name, level)
+    keep.append(partial(stage_cache.keep, key, name, level))
+
+    def keep_all() -> None:
+        for one in keep:
+            one()
+
+    return level, keep_all
 
 
 def _beams(job: Job, bodies: Mapping[str, Body]) -> BeamBodies:
     """Bodies of the beam level, their variants where errors are estimated."""
     scene, plan, stage_cache = job.scene, job.plan, job.stage_cache
-    estimated = scene.model.estimates == "on"
     if not bodies:
         return BeamBodies(elements={}, variants=(), finer={})
-    effects = [(effect.name, effect.on) for effect in plan.effects]
-    key = stage_cache.key("beams", engine_part(scene), plan.bodies, effects, bodies)
+    estimated = scene.model.estimates == "on"
     found: BeamBodies = stage_cache.stage(
-        "beams", key, lambda: beam_bodies(scene, plan, bodies, estimated=estimated)
+        "beams",
+        _key_of_beams(stage_cache, scene, plan, bodies),
+        lambda: beam_bodies(scene, plan, bodies, estimated=estimated),
     )
     return found
+
+
+def _key_of_beams(
+    stage_cache: StageCache, scene: Scene, plan: Plan, bodies: Mapping[str, Body]
+) -> str:
+    """Key of beam models of bodies, which no support changes."""
+    effects = [(effect.name, effect.on) for effect in plan.effects]
+    modes = [scene.model.modes, *(scene.bodies[name].modes for name in bodies)]
+    plans = [plan.bodies[name] for name in bodies]
+    return stage_cache.key("beams", scene.model.estimates, effects, modes, plans, bodies)
 
 
 def _analysed(engine: stages.Engine, results: Callable[..., Results]) -> Results:

@@ -14,11 +14,12 @@ import numpy as np
 import pytest
 import scipy.linalg as la
 from mpi4py import MPI
-from reduced import reduced_to
+from reduced import reduced_to, whole_of
 from whole_circle import Turning, _material, _turning, rates
 
 sys.path.append(str(Path(__file__).parents[1] / "meshing"))
-from shapes import bladed_disk
+from shapes import bladed_disk, plane, section
+from shapes import body as body_of
 
 from solidwhirl.meshing import MeshSize
 from solidwhirl.meshing.own.features.sector import mesh_whole_body
@@ -131,3 +132,23 @@ def test_a_mesh_that_turns_by_another_angle(fan):
     expected = turn @ element.inertia_kg_m2 @ turn.T
     assert other.inertia_kg_m2 == pytest.approx(expected, abs=1e-9 * expected.max())
     assert other.free_frequencies_hz == pytest.approx(element.free_frequencies_hz, rel=1e-5)
+
+
+@pytest.mark.parametrize("flatter", [0.0, 4e-3])
+def test_what_a_mean_over_turns_changes_is_half_of_what_pairs_are_apart(flatter):
+    """A rod that is a little elliptic, as a body of revolution, against its own axes."""
+    rod = body_of(section("rod", 0.0, 0.3, 0.0, 0.02), interfaces=(plane("end", 0.0),))
+    body, mesh = whole_of(rod, MeshSize(size_m=0.02, corner_size_m=0.02, growth=1.0, around=6))
+    mesh = replace(mesh, points=mesh.points * [1.0 + flatter, 1.0 - flatter, 1.0])
+    asked = ASKED | {"modes": 4, "maximum_speed_rad_s": 0.0, "gyroscopic": False}
+    asked |= {"centrifugal": False, "accuracy": 1e-3}
+    _, work = reduced_to(body, "solid", mesh=mesh, **(asked | {"orders": (1,)}))
+    told = next(c for c in work.checks if c.name == "the mesh is the same in all directions")
+    own = replace(body, request=replace(body.request, shape="asymmetric"))
+    frequencies = reduced_to(own, "solid", mesh=mesh, **asked)[0].free_frequencies_hz[:4]
+    first, second = frequencies[0::2], frequencies[1::2]
+    apart = ((second - first) / (second + first)).max()
+    assert told.value == pytest.approx(apart, rel=2e-2, abs=1e-6)
+    # a slender rod is as stiff as it is thick
+    assert told.value == pytest.approx(flatter, rel=0.1, abs=1e-6)
+    assert told.passed is (flatter == 0.0)

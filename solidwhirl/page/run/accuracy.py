@@ -76,7 +76,8 @@ def accuracy_blocks(document: Mapping[str, Any]) -> Iterator[Block]:
             head=("part", "largest of all speeds", ""),
             rows=rows,
         )
-    if found["rounds"] and (len(found["rounds"]) > 1 or later):
+    begun = any(r.get("from_other") for r in found["rounds"])
+    if found["rounds"] and (len(found["rounds"]) > 1 or later or begun):
         yield _rounds(found["rounds"], later)
 
 
@@ -95,6 +96,9 @@ def _error_parts(document: Mapping[str, Any]) -> Mapping[str, Any]:
 def _largest(values: Any) -> str | None:
     known = [v for row in values for v in row if v is not None]
     return f"{max(known):.1e}" if known else None
+
+
+_BEGUN = " The first round has the meshes and modes that these bodies had with other supports."
 
 
 def _rounds(rounds: Any, compared: Sequence[str]) -> Table:
@@ -117,6 +121,7 @@ def _rounds(rounds: Any, compared: Sequence[str]) -> Table:
         ],
         caption="Meshes are refined where the estimate says that the error arises, and modes are "
         "added, until the estimate is below what was asked or gets no better."
+        + (_BEGUN if rounds[0].get("from_other") else "")
         + (later if compared else ""),
     )
 
