@@ -93,6 +93,7 @@ def test_all_commands_of_a_page(page, tmp_path):
     assert follow(page, tmp_path, {"test", "test: verify"}) > 0
 
 
+@pytest.mark.verify
 def test_analyses_of_the_how_tos_run_on_the_beam_level(tmp_path):
     """All but what needs a mesh, which beams do not have: so every block is tried with changes.
 

@@ -181,6 +181,7 @@ def test_signal_to_mpirun_itself(scenes, tmp_path):
     assert len(read_batch(out)) == 8
 
 
+@pytest.mark.verify
 @pytest.mark.parametrize("kind", ["kill", pytest.param("terminate", marks=pytest.mark.verify)])
 def test_goes_on_after_the_job_ended(scenes, tmp_path, kind):
     out = tmp_path / "out"

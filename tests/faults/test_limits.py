@@ -7,7 +7,7 @@ import subprocess
 
 import pytest
 
-pytestmark = pytest.mark.solver
+pytestmark = [pytest.mark.solver, pytest.mark.verify]
 
 
 def mounts():
@@ -35,7 +35,7 @@ def finishes(state):
     assert state["next_right"], state
 
 
-@pytest.fixture(scope="module", params=["short", pytest.param("long", marks=pytest.mark.verify)])
+@pytest.fixture(scope="module", params=["short", "long"])
 def found(request, script, scene_path, tmp_path_factory):
     """What runs said and left under all limits that can be set here, by the limit."""
     command = mounts()

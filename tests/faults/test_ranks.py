@@ -45,6 +45,7 @@ def scene(one_body):
     return one_body("solid", **SOLID)
 
 
+@pytest.mark.verify
 @pytest.mark.parametrize("rank", [pytest.param(0, marks=pytest.mark.verify), 1])
 def test_killed_rank_ends_the_job(scene, tmp_path, rank):
     out = tmp_path / "out"

@@ -23,6 +23,7 @@ def told(outcome):
     return [str(d) for d in outcome.disagreements] + [outcome.refused, *outcome.reported]
 
 
+@pytest.mark.verify
 def test_no_number_is_wrong_in_silence(compare):
     """Campbell diagram, critical speeds, stability and responses of random systems."""
     found = [compare(number, samples=100) for number in range(6)]

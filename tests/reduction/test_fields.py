@@ -9,6 +9,7 @@ import pytest
 from reduced import requested
 from shapes import body as body_of
 from shapes import plane, section
+from sometimes import often
 
 from solidwhirl.geometry import Blade, Material
 from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_revolved
@@ -75,7 +76,7 @@ def ring_stress(r, a, b):
     return radial, 3.0 * c * (a**2 + b**2 + a**2 * b**2 / r**2) - c * r**2
 
 
-@pytest.mark.parametrize("degree", [2, 3])
+@pytest.mark.parametrize("degree", often([2, 3], 2))
 def test_centrifugal_stress_of_a_ring_converges_to_the_closed_form(degree):
     a, b, errors = 0.03, 0.1, []
     for size in (0.01, 0.005, 0.0025):

@@ -91,6 +91,7 @@ def test_frame(fan):
     assert abs(inertia[0, 0] - inertia[1, 1]) > 0.05 * inertia[2, 2]
 
 
+@pytest.mark.verify
 def test_held_frequencies_at_speed(fan):
     """With prestress, spin softening and Coriolis forces: one basis for all speeds."""
     element, _, every = fan

@@ -164,6 +164,7 @@ def compare(found, expected, tolerance, of_basis):
 
 
 # Rounding: other orders of sums and of elimination. Fixed-interface modes: measured 6e-12.
+@pytest.mark.verify
 @pytest.mark.parametrize(
     ("ranks", "case"),
     [

@@ -117,7 +117,7 @@ def test_threads_of_the_linear_algebra_change_nothing_but_rounding(arrays):
 @pytest.mark.parametrize(
     ("level", "coupling", "first", "last", "most_mib"),
     [
-        ("harmonic", "rigid", 5, 40, 1.5),
+        pytest.param("harmonic", "rigid", 5, 40, 1.5, marks=pytest.mark.verify),
         ("solid", "rigid", 2, 5, 0.5),
         pytest.param("harmonic", "distributing", 5, 1000, 2.0, marks=pytest.mark.verify),
         pytest.param("harmonic", "rigid", 5, 1000, 2.0, marks=pytest.mark.verify),

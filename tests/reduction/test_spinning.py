@@ -122,6 +122,7 @@ def test_speed_beyond_linear_prestress_is_refused(reference_rotor):
         )
 
 
+@pytest.mark.verify
 def test_frames_agree(reference_rotor):
     """Inertial frame against the rotating frame of the same solid: ω_inertial = |ω_rot ± Ω|.
 

@@ -19,6 +19,7 @@ from whole_circle import Turning, WholeCircle
 sys.path += [str(Path(__file__).parents[1] / name) for name in ("meshing", "rotordyn")]
 from rotors import connect, one_rotor
 from shapes import bladed_disk
+from sometimes import often
 from turning_frame import floquet_multipliers, unbalance_run_up
 
 from solidwhirl import rotordyn as rd
@@ -99,7 +100,7 @@ def on(element, support):
     return one_rotor(element, [held])
 
 
-@pytest.mark.parametrize("support", SUPPORTS)
+@pytest.mark.parametrize("support", often(SUPPORTS, "damped, cross terms"))
 def test_floquet_multipliers(rotor, support):
     element, turning, port = rotor
     system = on(element, support)
@@ -115,6 +116,7 @@ def test_floquet_multipliers(rotor, support):
     assert (apart < 1e-8 * np.abs(found)).all()
 
 
+@pytest.mark.verify
 def test_run_up(rotor):
     """Speed that rises pushes the blades against the hub: half of G is in the answer."""
     element, turning, port = rotor

@@ -274,6 +274,7 @@ def test_state_space(form, tmp_path):
             assert found == pytest.approx((1j * omega) ** power * compliance(omega), rel=1e-9)
 
 
+@pytest.mark.verify
 def test_slow_force_at_the_mount_moves_the_mass_of_the_engine(scene_data, tmp_path):
     """The engine let go at its mount, as a wing sees it."""
     data = scene_data("uhbr_engine_free")

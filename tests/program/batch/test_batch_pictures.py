@@ -128,6 +128,7 @@ def test_what_can_not_be_drawn_is_refused_in_one_message(batch, tmp_path):
     assert done.exit_code == 2 and "can not be written" in done.stderr
 
 
+@pytest.mark.verify
 def test_batch_draws_at_its_end(ring, tmp_path, monkeypatch):
     """Exit code and table are the same whether pictures are drawn, left out, or fail."""
     out = tmp_path / "batch"

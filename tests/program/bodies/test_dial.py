@@ -50,6 +50,7 @@ def test_accuracy_is_met(run, accuracy):
     np.testing.assert_allclose(own, true, rtol=accuracy)
 
 
+@pytest.mark.verify
 def test_adapted_meshes_converge_as_fast_as_smooth_solutions_do(run):
     """Errors of eigenvalues fall as N^-p with well graded meshes, corners or not; here p = 2.
 

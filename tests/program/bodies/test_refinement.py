@@ -271,6 +271,7 @@ def test_directions_that_only_fast_modes_need_stay_in_the_basis():
     np.testing.assert_allclose(few, more, rtol=5e-6)
 
 
+@pytest.mark.verify
 @pytest.mark.solver
 @pytest.mark.parametrize("many", [0, pytest.param(100, marks=pytest.mark.verify)])
 def test_static_answers_to_the_spin_stand_for_modes_of_thickness_shear(many):

@@ -19,9 +19,9 @@ pytestmark = pytest.mark.solver
 BENCH = Path(__file__).resolve().parents[3] / "bench"
 # Random rotors (seed 1) that take seconds: bores, a drum, rigid and distributing interfaces of all
 # kinds, fillets, rigid disks, free and supported rotors. None: the rotor of the verification page.
-CASES = [(k, 1e-2) for k in (None, 7, 9)]
+CASES = [(None, 1e-2)]
 # these take up to a minute each with their reference
-LONG = [(3, 1e-2), (6, 1e-2), (6, 1e-3), (7, 1e-3), (None, 1e-3)]
+LONG = [(7, 1e-2), (9, 1e-2), (3, 1e-2), (6, 1e-2), (6, 1e-3), (7, 1e-3), (None, 1e-3)]
 CASES += [pytest.param(case, marks=pytest.mark.verify) for case in LONG]
 
 

@@ -38,6 +38,7 @@ def bench():
     sys.path.remove(str(BENCH))
 
 
+@pytest.mark.verify
 @pytest.mark.parametrize("case", CASES, ids=lambda c: c[0])
 def test_checks_and_accuracy_of_an_ordinary_rotor(bench, case):
     """All checks hold, the accuracy is met, and the estimate is 1 to 3 times the error.

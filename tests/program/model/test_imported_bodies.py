@@ -394,6 +394,7 @@ def test_a_turning_shaft_in_millimetres(tmp_path):
 # -- the scene that comes with the program --------------------------------------------------------
 
 
+@pytest.mark.verify
 @pytest.mark.solver
 def test_the_casing_file_is_what_its_tool_makes(tmp_path):
     """Other machines round otherwise: matrices to 1e-6, frequencies to 1e-8."""

@@ -164,6 +164,7 @@ def test_interfaces_are_told_with_what_their_boxes_cut(folder, read):
         assert found["position_m"] == pytest.approx(found["mean_position_m"], abs=1e-12)
 
 
+@pytest.mark.verify
 def test_step_is_within_its_estimate_of_the_harmonic_level(folder):
     body = MESHED | {
         "file": "rotor.step",

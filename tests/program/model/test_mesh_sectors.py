@@ -141,6 +141,7 @@ def test_interfaces_are_told_of_the_whole(folder):
     assert told["mean_position_m"] == pytest.approx([0.0, 0.0, 0.25], abs=1e-12)
 
 
+@pytest.mark.verify
 def test_step_of_the_whole(folder):
     volume = paddles(folder / "paddles.step", 12, sectors=12)
     asked = scene(

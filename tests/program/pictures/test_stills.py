@@ -40,6 +40,7 @@ def small(monkeypatch):
     monkeypatch.setattr(animation, "_FRAMES", 2)
 
 
+@pytest.mark.verify
 def test_orbits_have_the_colour_of_their_whirl(shapes, small):
     """The colours of the bodies, cividis, come near neither of the two."""
     backward, forward = (stills.shape_image(shape) for shape in shapes)

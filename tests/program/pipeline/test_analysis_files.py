@@ -139,6 +139,7 @@ def laws(scene):
     return {b.name: bool(b.speed_law) for b in scene.bearings}
 
 
+@pytest.mark.verify
 def test_what_has_no_room_in_a_picture_is_in_the_next(tmp_path):
     """Eight places, nine speeds and eight bearings: 2 pictures, 2 x 2 and 2."""
     data, asked = many_of_everything()

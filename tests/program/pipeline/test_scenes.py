@@ -160,6 +160,7 @@ def evenly_meshed(scene_data):
     return run_scene(scene)
 
 
+@pytest.mark.verify
 @pytest.mark.solver
 def test_mesh_error_of_the_reference_is_what_the_estimate_says(computed, evenly_meshed):
     """On the even mesh the third branch lies higher, by no more than its estimate."""

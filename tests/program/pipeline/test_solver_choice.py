@@ -97,6 +97,7 @@ def test_the_scene_says_iterative(scene, direct):
     np.testing.assert_allclose(*speeds, rtol=1e-8)
 
 
+@pytest.mark.verify
 @pytest.mark.solver
 def test_auto_is_iterative_where_the_factor_does_not_fit(scene, direct, monkeypatch):
     import solidwhirl.reduction.operators.solver_choice as solvers
@@ -115,6 +116,7 @@ def test_auto_is_iterative_where_the_factor_does_not_fit(scene, direct, monkeypa
     np.testing.assert_allclose(*speeds, rtol=1e-8)
 
 
+@pytest.mark.verify
 @pytest.mark.solver
 def test_a_factor_that_mumps_refuses_is_followed_by_the_iteration(scene, monkeypatch):
     import solidwhirl.reduction.operators.solver_choice as solvers

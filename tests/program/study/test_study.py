@@ -219,6 +219,7 @@ def test_a_case_has_the_time_that_is_predicted(cases, process, tmp_path, monkeyp
     assert {o.status for o in found} == {"done"}
 
 
+@pytest.mark.verify
 def test_too_large_cases_are_skipped_and_said(small_scene, process, tmp_path, monkeypatch):
     """Without memory for estimates a case runs without them, and not at all with less."""
     cases = study_cases(parse_scene(small_scene()), FULL)

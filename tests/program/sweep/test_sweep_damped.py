@@ -118,6 +118,7 @@ def test_the_first_forward_mode_is_one_track_through_all_cases(rows):
     assert not [n for n in found.notes for name in everywhere if n.startswith(f"{name}:")]
 
 
+@pytest.mark.verify
 @pytest.mark.solver
 def test_a_mode_stays_one_track_where_its_whirl_changes():
     """Sixteen cases between little and too much damping: the words for the whirl change, two

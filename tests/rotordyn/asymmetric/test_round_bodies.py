@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from flat_rotors import in_its_frame
 from rotors import ground, steel_shaft, turning
+from sometimes import often
 
 from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.asymmetric import assemble_rotating, unstable_ranges
@@ -62,7 +63,7 @@ def both(shafts, support):
     return rd.assemble(rotors, bearings), assemble_rotating(turned, bearings)
 
 
-@pytest.mark.parametrize("support", SUPPORTS)
+@pytest.mark.parametrize("support", often(SUPPORTS, "same in all directions", "damped"))
 def test_eigenvalues(shafts, support):
     """All below the highest line; e^{λt} at rest is e^{(λ ± iΩ)t} in the frame, up to strides."""
     ordinary, rotating = both(shafts, support)
@@ -97,7 +98,9 @@ def test_diagram_in_fixed_axes(shafts, support):
             assert value.real == pytest.approx(growth, abs=limit * abs(value))
 
 
-@pytest.mark.parametrize("support", ["same in all directions", "unlike"])
+@pytest.mark.parametrize(
+    "support", often(["same in all directions", "unlike"], "same in all directions")
+)
 def test_critical_speeds(shafts, support):
     ordinary, rotating = both(shafts, support)
     known = rd.critical_speeds(ordinary, excitation_ratio=1.0, speed_max_rad_s=TOP)

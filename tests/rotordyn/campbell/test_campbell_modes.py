@@ -88,7 +88,7 @@ def _alive(column):
     return column[np.isfinite(column)]
 
 
-@pytest.mark.parametrize("seed", _seeds(22, 44))
+@pytest.mark.parametrize("seed", _seeds(11, 44))
 def test_the_lowest_modes_at_every_speed_are_on_branches(seed):
     system, count = _system(seed)
     diagram = rd.campbell(system, SPEEDS, branch_count=count)

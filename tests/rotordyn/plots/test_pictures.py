@@ -126,6 +126,7 @@ def test_ended_branch_is_marked_where_it_ended(results, tmp_path, drawn):
     assert mark.get_ydata()[0] == diagram.frequency_hz[1, 4]
 
 
+@pytest.mark.verify
 def test_decrements_are_drawn_below(three_disk_element, ground, tmp_path, drawn):
     inside = InternalDamping(stiffness_coefficient_s=2e-5)
     rotor = Rotor(element=three_disk_element(), speed_ratio=1.0, internal_damping=inside)

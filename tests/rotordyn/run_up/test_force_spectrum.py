@@ -101,6 +101,7 @@ def transmissibility(frequency_hz):
     return np.abs(through / (through - MASS * omega**2))
 
 
+@pytest.mark.verify
 @pytest.mark.parametrize("axis", ["x", "y"])
 def test_normalised_response_of_a_slow_sweep_is_the_transmissibility(swept, axis):
     found = response.normalised_response(swept, "rotor.hub", axis, band_hz=0.4)

@@ -273,11 +273,11 @@ def _compare(seed, count):
 
 def test_random_rotors():
     """Windows anywhere, narrow ones at rows that no even grid meets: none missed, none false."""
-    assert sum(_compare(seed, 300) for seed in range(24)) > 12
+    assert sum(_compare(seed, 300) for seed in range(8)) > 3
 
 
 @pytest.mark.verify
-@pytest.mark.parametrize("first", range(24, 500, 44))
+@pytest.mark.parametrize("first", range(8, 492, 44))
 def test_more_random_rotors(first):
     for seed in range(first, first + 44):
         _compare(seed, 4000)
