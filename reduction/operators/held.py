@@ -28,7 +28,7 @@ from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray, Matrix
 # Layers of elements about the rigid surfaces that are solved for again: so many at least, and more
 # up to a part of the body that costs little; and the largest part of it that they may be.
 _LAYERS = 4
-_CHEAP_PART, _LARGEST_PART = 0.1, 0.3
+_CHEAP_PART, _LARGEST_PART = 0.1, 0.5
 # Change of the displacement, relative, after which it is not worked out again. Its error is that
 # times the rate of convergence, 1e-3 or less of solids.
 _CHANGE = 1e-9
@@ -57,21 +57,21 @@ class HeldBody:
             return None
         local = _part_of(stiffness, around) if len(around) else None
         comm, flexible = self.stiffness.comm.tompi4py(), self._flexible_motions()
-        moved, change = np.zeros_like(force), np.inf
+        moved, settled = np.zeros_like(force), False
         for _ in range(_STEPS):
             load = self.unknowns.loads(force - apply(stiffness, moved))
             step = self.factor.solve(load, None)[: len(load)]
             step = self.unknowns.displacement(step + flexible @ inner(flexible, load, comm))
             moved = moved + step
-            change = _largest(step, comm) / _largest(moved, comm)
-            if change < _CHANGE:
+            settled = _largest(step, comm) <= _CHANGE * _largest(moved, comm)
+            if settled:
                 break
             if local is not None:
                 left = force - apply(stiffness, moved)
                 moved[around] += local.solve(left[around], None)
         if local is not None:
             local.destroy()
-        return np.asarray(moved) if change < _CHANGE else None
+        return np.asarray(moved) if settled else None
 
     def _flexible_motions(self) -> FloatArray:
         """Motions of the interfaces that strain the body, orthonormal in its energy, (local û, f).
