@@ -21,10 +21,11 @@ from solidwhirl.reduction.basis.overspeed import (
     centrifugal_load,
     refuse_overspeed,
 )
+from solidwhirl.reduction.operators.held import unrestrained
 from solidwhirl.reduction.operators.matrices import BodyOperators
 from solidwhirl.reduction.operators.solver_choice import Solver
 from solidwhirl.reduction.solvers.constrained import ConstrainedFactor
-from solidwhirl.reduction.solvers.vectors import apply, energies, inner, project, squares, symmetric
+from solidwhirl.reduction.solvers.vectors import apply, energies, inner, project, symmetric
 from solidwhirl.rotordyn.core.arrays import FloatArray, Matrix
 
 __all__ = ["MAXIMUM_HOOP_STRAIN", "Basis", "orthogonality_error", "reduction_basis"]
@@ -82,7 +83,7 @@ def reduction_basis(
     """
     refuse_overspeed(operators, maximum_speed_rad_s)
     rows, all_rows = operators.coupling.rows, operators.coupling.held
-    free = _unrestrained(operators, all_rows)
+    free = unrestrained(operators.mass, operators.coupling)
     shift = -reference_eigenvalue(operators) if free.shape[1] else 0.0
     kept = (orders or None) if operators.harmonic is None else None
     problem = fixed_modes.HeldProblem(
@@ -91,7 +92,10 @@ def reduction_basis(
     factor = fixed_modes.held_solver(problem)
     direct = isinstance(factor, ConstrainedFactor)
     solved = ["factorisation at rest" if direct else "multigrid at rest"]
-    constraint = _constraint_modes(factor, rows, all_rows.shape[1])
+    if operators.held is None:
+        constraint = _constraint_modes(factor, rows, all_rows.shape[1])
+    else:
+        constraint = operators.held.constraint[:, : rows.shape[1]]
     candidates = []
     if rows.shape[1]:
         # what the inertia of the constraint modes bends between the interfaces, statically
@@ -141,24 +145,6 @@ def _modes_at(
     at_speed, did = fixed_modes.modes_with_own_solver(problem, factor, fixed.every, speed)
     solved += [f"{what} at {named}{count}" for what, count in did]
     return at_speed
-
-
-def _unrestrained(operators: BodyOperators, rows: FloatArray) -> FloatArray:
-    """Rigid motions (local û, f) that the rows do not hold."""
-    motions = np.column_stack(list(operators.rigid_motions.values()) or [rows[:, :0]])
-    motions = motions if operators.rigid_motions else rows[:, :0]
-    if not motions.shape[1]:
-        return motions
-    comm = operators.comm
-    gram = project(operators.mass, motions, comm)
-    motions = motions @ np.linalg.inv(np.linalg.cholesky(gram)).conj().T
-    if not rows.shape[1]:
-        return motions
-    length = np.sqrt(squares(rows, rows, comm))
-    held = inner(rows / length, motions, comm)
-    _, s, vt = np.linalg.svd(held)
-    rank = int(np.sum(s > 1e-9 * s.max()))
-    return np.asarray(motions @ vt[rank:].conj().T)
 
 
 def _constraint_modes(factor: Solver, rows: Matrix, border: int) -> Matrix:

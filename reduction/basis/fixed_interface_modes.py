@@ -72,6 +72,8 @@ class HeldModes:
 def held_solver(problem: HeldProblem) -> Solver:
     """Solver of K - shift M at rest under the constraint rows."""
     operators = problem.operators
+    if operators.held is not None:
+        return operators.held.factor
     matrix = shifted_matrix(operators, operators.stiffness, problem.shift)
     found = solver_of(operators, matrix, problem.rows, problem.free, problem.shift)
     if isinstance(found, ConstrainedFactor) and matrix is not operators.stiffness:

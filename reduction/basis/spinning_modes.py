@@ -94,7 +94,7 @@ def modes_at_speed(
     space = GrowingSpace(body.free, body.mass, comm)
     new = space.extend(np.array(start, order="F"), apply(body.mass, start))
     image, images, solutions, done = np.zeros((0, 0), dtype=start.dtype), [], 0, 0
-    largest = [np.inf]
+    largest, best = [np.inf], (np.empty(0), start)
     for _ in range(_SWEEPS):
         images.append(body.times(space.columns(-new)))
         image = bordered_image(image, inner(space.columns(f), images[-1], comm))
@@ -111,9 +111,12 @@ def modes_at_speed(
         squared = squares(step, weight, comm)
         open_ = squared > _CORRECTION**2
         largest.append(float(squared.max(initial=0.0)))
-        # a sweep that brought nothing
-        is_rounding = largest[-1] <= _ROUNDING**2 and largest[-1] >= min(largest[:-1])
+        if largest[-1] < min(largest[:-1]):
+            best = values, vectors
+        # a sweep that brought nothing, or whose directions were rounding
+        is_rounding = min(largest) <= _ROUNDING**2 and largest[-1] > min(largest)
         if not open_.any() or is_rounding:
+            values, vectors = best
             last = np.flatnonzero(wanted(values, vectors))
             for _ in range(_LAST_CORRECTIONS):
                 shown = vectors[:, last]

@@ -37,6 +37,8 @@ class Coupling:
     #: (local û, a) rows of axial motion and torsion at the first interface that are no coordinates.
     #: Held at zero they cost no modes: in a body of revolution both decouple from lateral motion.
     anchors: Matrix
+    #: Rigid motions about the origin by component, local rows of û
+    rigid_motions: Mapping[str, Matrix]
 
     @property
     def held(self) -> Matrix:
@@ -91,7 +93,13 @@ def couple(
     rows = np.hstack(columns)
     _refuse_equal(rows, coordinates, space.mesh.comm)
     return Coupling(
-        unknowns=unknowns, rows=rows, coordinates=coordinates, anchors=np.hstack(anchors)
+        unknowns=unknowns,
+        rows=rows,
+        coordinates=coordinates,
+        anchors=np.hstack(anchors),
+        rigid_motions={
+            c: _rigid_motion(space, kin, unknowns, interfaces, c) for c in kin.rigid_motions
+        },
     )
 
 
@@ -111,16 +119,15 @@ def _refuse_equal(rows: Matrix, coordinates: tuple[tuple[str, str], ...], comm: 
                 )
 
 
-def reduced_motion(
+def _rigid_motion(
     space: Any,
     kin: Kinematics,
-    coupling: Coupling,
+    unknowns: Unknowns,
     interfaces: tuple[AnyInterface, ...],
     component: str,
 ) -> Matrix:
     """Rigid motion about the origin in the unknowns û (local rows)."""
     values = motion_vectors(space, kin, 0.0)[component]
-    unknowns = coupling.unknowns
     out: Matrix = np.zeros(unknowns.count, dtype=unknowns.dtype)
     own = unknowns.of_motion(kin, component, values)
     out[: len(own)] = own

@@ -145,6 +145,13 @@ class Unknowns:
 
     def folded(self, matrix: Any) -> Any:
         """Tᴴ A T of a PETSc matrix of u, which is destroyed."""
+        out = self.folded_copy(matrix)
+        if out is not matrix:
+            matrix.destroy()
+        return out
+
+    def folded_copy(self, matrix: Any) -> Any:
+        """Tᴴ A T of a PETSc matrix of u; A itself where T is the identity."""
         if self.real is None:
             return matrix
         out = folded(matrix, self.real)
@@ -152,7 +159,6 @@ class Unknowns:
             other = folded(matrix, self.imaginary)
             out.axpy(1.0, other, PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
             other.destroy()
-        matrix.destroy()
         return out
 
     def crossed(self, matrix: Any) -> Any:

@@ -12,9 +12,10 @@ import ufl
 from solidwhirl.meshing import Mesh
 from solidwhirl.meshing.imported.records import AnyBody
 from solidwhirl.reduction.operators import compat, forms, kinematics, solid_matrices
-from solidwhirl.reduction.operators.coupling import Coupling, couple, reduced_motion
+from solidwhirl.reduction.operators.coupling import Coupling, couple
 from solidwhirl.reduction.operators.cyclic import CyclicIndex
 from solidwhirl.reduction.operators.dofs import Unknowns, motion_vectors
+from solidwhirl.reduction.operators.held import HeldBody, held_body
 from solidwhirl.reduction.operators.joined import JoinedParts, distributed
 from solidwhirl.reduction.operators.kinematics import Kinematics
 from solidwhirl.reduction.operators.prestress import centrifugal_displacement
@@ -82,6 +83,8 @@ class BodyOperators:
     circulation: Any
     turn: Any  #: Whole solid only: ∫ ρ v·Ju
     coupling: Coupling  #: Interface rows B and the displacement u = T û
+    #: Whole solid: what the prestress was solved with, and the basis takes over; None without it
+    held: HeldBody | None
     #: Rigid motions about the origin by component, local rows of û
     rigid_motions: Mapping[str, Matrix]
     #: Component of the first family to (component, sign) of the second
@@ -107,9 +110,10 @@ class BodyOperators:
         comm = self.mass.comm
         compat.collect_garbage(comm)
         own = (getattr(self, name) for name in _MATRICES)
-        for matrix in (*own, self.ingredients.component_mass):
-            if matrix is not None:
-                matrix.destroy()
+        factor = None if self.held is None else self.held.factor
+        for made in (*own, self.ingredients.component_mass, factor):
+            if made is not None:
+                made.destroy()
         self.coupling.unknowns.destroy()
         return_free_memory()
 
@@ -152,9 +156,8 @@ def build_operators(
         families=kin.families,
         **{name: assembly.matrices.get(name) for name in _MATRICES},
         coupling=coupling,
-        rigid_motions={
-            c: reduced_motion(space, kin, coupling, body.interfaces, c) for c in kin.rigid_motions
-        },
+        held=assembly.held,
+        rigid_motions=coupling.rigid_motions,
         second_family=kin.second_family,
         hoop_strain=assembly.hoop_strain,
         rigid_mass=assembly.rigid_mass,
@@ -187,6 +190,7 @@ class _Assembly:
     rigid_mass: FloatArray | None
     component_mass: Any
     ledger: tuple[str, ...]
+    held: HeldBody | None = None
 
 
 def _arguments(space: Any, kin: Kinematics, degree: int) -> tuple[Any, Any, Any]:
@@ -352,25 +356,33 @@ def _assemble_solid(
     parts = solid_matrices.component_matrices(space, kin, matter, dx, along_spin=along)
     ledger, field, hoop = ["stiffness", "mass"], None, 0.0
     ledger += ["spin", "spin_softening"] if along else []
-    names = {"mass": "mass", **({"circulation": "circulation", "turn": "turn"} if along else {})}
-    if effects.gyroscopic:
-        names["gyroscopic"] = "gyroscopic" if along else "coriolis"
-    if effects.centrifugal:
-        names["spin_softening"] = "spin_softening" if along else "rotating_softening"
-    matrices = {
-        name: unknowns.folded(solid_matrices.vector_matrix(kind, parts))
-        for name, kind in names.items()
-    }
+    names = ["mass", *(["circulation", "turn"] if along else [])]
+    spin = {} if along else solid_matrices.sector_spin(unknowns, 1, parts.mass)
+    matrices: dict[str, Any] = {}
+    for name, wanted in (
+        ("gyroscopic", effects.gyroscopic),
+        ("spin_softening", effects.centrifugal),
+    ):
+        if wanted and along:
+            names.append(name)
+        elif wanted:
+            matrices[name] = spin[name]
+    for name in names:
+        matrices[name] = unknowns.folded(solid_matrices.vector_matrix(name, parts))
     stiffness = assembled(forms.stiffness_form(kin, matter, u, v, dx))
+    matrices["stiffness"] = unknowns.folded_copy(stiffness)
+    held = None
     if effects.centrifugal:
+        held = held_body(matrices["stiffness"], matrices["mass"], coupling, effects.solver)
         field, hoop = centrifugal_displacement(
-            space, kin, matter, dx, stiffness, parts.mass, solver=effects.solver
+            space, kin, matter, dx, stiffness, parts.mass, solver=effects.solver, held=held
         )
         prestress = forms.stress(kin, matter, field)
         stiffening = solid_matrices.component_stiffening(space, kin, prestress, dx)
-        matrices["stress_stiffening"] = unknowns.folded(solid_matrices.componentwise(stiffening))
+        matrices["stress_stiffening"] = solid_matrices.sector_componentwise(unknowns, stiffening)
         ledger += ["prestress", "stress_stiffening"]
-    matrices["stiffness"] = unknowns.folded(stiffness)
+    if stiffness is not matrices["stiffness"]:
+        stiffness.destroy()
     return _Assembly(
         matrices=matrices,
         centrifugal_field=field,
@@ -378,6 +390,7 @@ def _assemble_solid(
         rigid_mass=_rigid_mass(space, parts.mass),
         component_mass=parts.mass,
         ledger=tuple(ledger),
+        held=held,
     )
 
 

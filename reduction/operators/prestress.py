@@ -10,11 +10,12 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from solidwhirl.reduction.operators import compat, forms
-from solidwhirl.reduction.operators.dofs import body_unknowns, motion_vectors
+from solidwhirl.reduction.operators.dofs import Unknowns, body_unknowns, motion_vectors
+from solidwhirl.reduction.operators.held import HeldBody
 from solidwhirl.reduction.operators.kinematics import Kinematics
 from solidwhirl.reduction.operators.solver_choice import block_places, prepared_solver
 from solidwhirl.reduction.solvers.vectors import apply, inner
-from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.arrays import FloatArray, Matrix
 
 # Nearer to the axis than this part of the radius a mesh without symmetry shows its own unevenness.
 _UNEVEN = 0.05
@@ -29,6 +30,7 @@ def centrifugal_displacement(
     component_mass: Any = None,
     *,
     solver: str = "direct",
+    held: HeldBody | None = None,
 ) -> tuple[Any, float]:
     """Displacement of the free body under its own centrifugal load at 1 rad/s.
 
@@ -39,7 +41,8 @@ def centrifugal_displacement(
     `kin`: kinematics of order 0 (meridian), of index 0 (sector) or of the whole solid. `stiffness`:
     K of all of u, without interface couplings; that of a sector is destroyed. `component_mass`: M
     of one component (solid), for a mesh without symmetry: what is left of the load's resultants
-    there is taken up by the inertia of a rigid motion. None: nothing is left. Returns u0, hoop:
+    there is taken up by the inertia of a rigid motion. None: nothing is left. `held`: the factor of
+    the held solid, with which nothing else is factorised where that converges. Returns u0, hoop:
     displacement (Function) [m/(rad/s)²] and the largest hoop strain u_r/r [1/(rad/s)²].
     """
     v = ufl.TestFunction(space)
@@ -51,12 +54,36 @@ def centrifugal_displacement(
     if component_mass is not None:
         force = _balanced(force, motions, component_mass, space.mesh.comm)
     force = unknowns.loads(force)
+    moved = None if held is None else held.released(stiffness, force)
+    if moved is None:
+        # of the whole solid the stiffness is the caller's own
+        small = stiffness if unknowns.real is None else unknowns.folded(stiffness)
+        moved = _pinned_displacement(space, kin, unknowns, small, force, motions, solver)
+        if unknowns.real is not None:
+            small.destroy()
+    moved = moved - _rigid_part(motions, moved, space.mesh.comm)
+    field = fem.Function(space)
+    whole = unknowns.displacement(moved)
+    compat.owned_values(field)[:] = whole.real[:, 0]
+    field.x.scatter_forward()
+    unknowns.destroy()
+    return field, _hoop_strain(space, kin, field, 1e-6 if component_mass is None else _UNEVEN)
+
+
+def _pinned_displacement(
+    space: Any,
+    kin: Kinematics,
+    unknowns: Unknowns,
+    stiffness: Any,
+    force: Matrix,
+    motions: Matrix,
+    solver: str,
+) -> Matrix:
+    """Displacement under a load in equilibrium, by a solver of its own."""
     pins = _determinate_pins(motions, space.mesh.comm)
-    # of the whole solid the stiffness is the caller's own
-    small = stiffness if unknowns.real is None else unknowns.folded(stiffness)
     factor = prepared_solver(
-        small,
-        small,
+        stiffness,
+        stiffness,
         pins,
         lambda: block_places(space, kin, unknowns, {}),
         choice=solver,
@@ -65,18 +92,10 @@ def centrifugal_displacement(
     )
     moved = factor.solve(force, None)[: len(motions)]
     # Kσ and S cancel in rigid motion as well as the stress is in equilibrium with the load
-    rest = force - apply(small, moved)
+    rest = force - apply(stiffness, moved)
     moved = moved + factor.solve(rest, None)[: len(motions)]
     factor.destroy()
-    moved = moved - _rigid_part(motions, moved, space.mesh.comm)
-    field = fem.Function(space)
-    whole = unknowns.displacement(moved)
-    compat.owned_values(field)[:] = whole.real[:, 0]
-    field.x.scatter_forward()
-    if unknowns.real is not None:
-        small.destroy()
-        unknowns.destroy()
-    return field, _hoop_strain(space, kin, field, 1e-6 if component_mass is None else _UNEVEN)
+    return np.asarray(moved)
 
 
 def _balanced(force: FloatArray, motions: FloatArray, component_mass: Any, comm: Any) -> FloatArray:

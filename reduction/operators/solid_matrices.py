@@ -155,15 +155,23 @@ class SectorOperator:
 
     def times(self, block: Matrix) -> Matrix:
         """Operator times every column."""
-        full = self.unknowns.displacement(block)
+        full = np.asfortranarray(self.unknowns.displacement(block))
         nodes, k = len(full) // 3, block.shape[1]
-        field = self._directed(full.reshape(nodes, 3, k)).reshape(nodes, 3 * k)
-        load = _real_times(self.component, field)
-        return self.unknowns.loads(load.reshape(3 * nodes, k))
+        # stored by columns, as products want it: one copy there, one back
+        field = self._directed(full.reshape((3, nodes, k), order="F"))
+        load = _real_times(self.component, field.reshape((nodes, 3 * k), order="F"))
+        back = np.empty((3, nodes, k), dtype=load.dtype, order="F")
+        back[:] = load.reshape((nodes, 3, k), order="F").transpose(1, 0, 2)
+        return self.unknowns.loads(back.reshape((3 * nodes, k), order="F"))
 
     def _directed(self, field: Matrix) -> Matrix:
-        """C Φ of nodes, (nodes, 3, k)."""
-        return np.asarray(np.einsum("ij,njk->nik", self.directions, field))
+        """C Φ of nodes, (nodes, 3, k), from Φ, (3, nodes, k)."""
+        _, nodes, k = field.shape
+        dtype = np.result_type(self.directions, field)
+        out = np.zeros((nodes, 3, k), dtype=dtype, order="F")
+        for i, j in np.argwhere(self.directions):
+            out[:, i] += self.directions[i, j] * field[j]
+        return out
 
     def folded(self) -> Any:
         """As a PETSc matrix of the unknowns û."""

@@ -136,3 +136,49 @@ def test_a_factor_that_does_not_fit_is_refused(operators, monkeypatch):
     monkeypatch.setattr(constrained, "available_memory_bytes", lambda comm: 2_000_000)
     with pytest.raises(ReductionError, match=r"needs .* GB of memory .* 0.002 GB are available"):
         constrained.factorise(body.stiffness, body.coupling.rows)
+
+
+@pytest.mark.parametrize(("coupling", "length"), [("rigid", 0.8), ("distributing", 0.2)])
+def test_prestress_with_the_factor_of_the_held_body(coupling, length):
+    """Against the free body's own factor; a short body is all neighbourhood of rigid ends."""
+    import ufl
+    from mpi4py import MPI
+
+    from solidwhirl.reduction.operators import forms, prestress
+    from solidwhirl.reduction.operators.matrices import OperatorEffects, assembled, build_operators
+    from solidwhirl.reduction.solvers.vectors import apply
+
+    def built(length_m):
+        ends = (plane("a", 0.0, coupling), plane("b", length_m, coupling))
+        body = body_of(section("rod", 0.0, length_m, 0.0, 0.04), interfaces=ends)
+        effects = OperatorEffects(
+            gyroscopic=False,
+            centrifugal=True,
+            components={i.name: ("ux", "uy", "uz", "rx", "ry", "rz") for i in ends},
+            shape="asymmetric",
+        )
+        mesh = whole_mesh(mesh_revolved(body, MeshSize(size_m=0.04, corner_size_m=0.04, around=8)))
+        return build_operators(body, mesh[0], MPI.COMM_SELF, order=None, degree=2, effects=effects)
+
+    def whole_stiffness(operators):
+        given = operators.ingredients
+        u, v = ufl.TrialFunction(operators.space), ufl.TestFunction(operators.space)
+        dx = forms.measure(operators.space.mesh, given.kinematics, 2)
+        form = forms.stiffness_form(given.kinematics, given.matter, u, v, dx)
+        return assembled(form), dx
+
+    operators = built(length)
+    stiffness, dx = whole_stiffness(operators)
+    given = operators.ingredients
+    rest = (given.kinematics, given.matter, dx, stiffness, given.component_mass)
+    own, hoop = prestress.centrifugal_displacement(operators.space, *rest)
+    known, found = own.x.array, given.centrifugal_field.x.array
+    np.testing.assert_allclose(found, known, atol=1e-9 * np.abs(known).max(), rtol=0.0)
+    assert operators.hoop_strain == pytest.approx(hoop, rel=1e-9)
+    load = apply(stiffness, known[:, None])
+    left = load - apply(stiffness, operators.held.released(stiffness, load))
+    assert np.abs(left).max() < 1e-8 * np.abs(load).max()
+    if coupling == "rigid":
+        short = built(0.1)
+        stiffness, _ = whole_stiffness(short)
+        assert short.held.released(stiffness, np.zeros((stiffness.getSize()[0], 1))) is None
