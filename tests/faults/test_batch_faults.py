@@ -209,6 +209,7 @@ def test_goes_on_after_the_job_ended(scenes, tmp_path, kind):
     assert (out / "table.h5").exists()
 
 
+@pytest.mark.verify
 @pytest.mark.parametrize(
     ("number", "code"),
     [(signal.SIGTERM, 143), pytest.param(signal.SIGINT, 130, marks=pytest.mark.verify)],

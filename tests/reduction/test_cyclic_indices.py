@@ -78,6 +78,7 @@ def test_spinning_ring_backward_and_forward(spinning_ring):
             assert np.abs(2 * np.pi * hertz / rate - 1.0).min() < 1.5e-3
 
 
+@pytest.mark.verify
 def test_estimated_errors_cover_those_of_a_coarse_mesh():
     asked = {"indices": (0, 2), "held": ("bore",), "maximum_speed_rad_s": 400.0}
     plate, speeds = _plate(0.01), np.array([0.0, 400.0])

@@ -209,6 +209,7 @@ def blade_rates(slenderness, etas, hub=1.0, length_m=0.2, poisson=0.0):
     return np.sort(2.0 * np.pi * hz / unit, axis=1)[:, ::-1]
 
 
+@pytest.mark.verify
 def test_slender_blades_turn_like_beams():
     """Flap and lag over the speed come down to Bernoulli's beam as (side / length)²."""
     etas = (0.0, 2.0, 4.0)

@@ -284,6 +284,7 @@ def test_executor_without_workers_of_its_own_takes_many_cases():
     assert written == list(range(1500))
 
 
+@pytest.mark.verify
 @pytest.mark.solver
 def test_batch_runs_on_the_executor_of_a_user(tmp_path):
     """Processes of the standard library: the same rows as in this process, one after another."""

@@ -44,6 +44,7 @@ def mixed(bodies):
     return dataclasses.replace(body, sections=sections, rigid_disks=(disk,), fillet_radius_m=2e-3)
 
 
+@pytest.mark.verify
 def test_mass_properties_and_invariants(beam_bodies, root):
     bodies = {**beam_bodies, "mixed": mixed(beam_bodies)}
     for scene in ("uhbr_lp", "uhbr_hp", "uhbr_fan", "ferraris_paper"):

@@ -119,6 +119,7 @@ with imageio.get_reader(folder / "m.mp4") as film:
 """
 
 
+@pytest.mark.verify
 def test_film_moves_and_repeats(shapes, small, tmp_path):
     told = []
     frames = mode_frames(shapes[1], "Twin", lambda frame, count: told.append((frame, count)))

@@ -193,6 +193,7 @@ def test_a_shaft_that_an_unbalance_does_not_reach_is_no_missing_peak():
     assert not bad(results.checks)
 
 
+@pytest.mark.verify
 def test_a_rotor_held_at_one_end_misses_no_mode():
     """The stiffness of its rigid tilt is rounding, here just positive: it drowned all others.
 

@@ -97,6 +97,7 @@ def test_laval_branches_at_every_speed(computed):
     assert set(turning[3]) == {"forward"}
 
 
+@pytest.mark.verify
 @pytest.mark.solver
 def test_laval_difference_is_the_anticlastic_one(laval):
     """Half the radius halves the difference in stiffness, half of nu quarters it, about.

@@ -74,6 +74,7 @@ def direct(scene):
     return run(scene("direct"))
 
 
+@pytest.mark.verify
 @pytest.mark.solver
 def test_the_scene_says_iterative(scene, direct):
     document, said = run(scene("iterative"))

@@ -138,6 +138,7 @@ def run(path, out, *options):
     return CliRunner().invoke(app, words)
 
 
+@pytest.mark.verify
 @pytest.mark.solver
 def test_a_missing_bearing_is_named_everywhere(tmp_path, small_scene, root):
     """Terminal, results, report and page; zeros at rest are the motions that are counted."""

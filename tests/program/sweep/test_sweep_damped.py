@@ -96,6 +96,7 @@ def rows():
     return table(scene, STIFFNESS, DAMPING)
 
 
+@pytest.mark.verify
 @pytest.mark.solver
 def test_the_first_forward_mode_is_one_track_through_all_cases(rows):
     (design,) = sweep_designs(rows)
