@@ -39,7 +39,7 @@ def together(near: BoolArray) -> list[IntArray]:
     """Return the groups of indices that are joined by a relation, shape (m, m)."""
     count = len(near)
     linked = near | near.T | np.eye(count, dtype=bool)
-    label, before = np.arange(count), np.zeros(0)
+    label, before = np.arange(count), np.full(1, -1)
     while not np.array_equal(label, before):
         # the lowest label around, and that of the index it names
         before, label = label, np.where(linked, label, count).min(axis=1, initial=count)
