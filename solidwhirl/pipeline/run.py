@@ -154,7 +154,9 @@ def _level(
         return chosen_level(scene, bodies), lambda: None
     name = "choice of the level"
     key = stage_cache.key("level", engine_part(scene), scene.analyses, bodies)
-    kept: str | None = comm.bcast(stage_cache.find(key))
+    # beams that did not do on other supports are not tried again: meridians are never worse
+    finer = stage_cache.key("level beyond beams", scene.model, scene.effects, bodies)
+    kept: str | None = comm.bcast(stage_cache.find(key) or stage_cache.find(finer))
     if kept is not None:
         stage_cache.say(name, "kept")
         return kept, lambda: None
@@ -170,7 +172,8 @@ def _level(
 
     level = chosen_level(scene, bodies, beams)
     stage_cache.say(name, "computed")
-    keep.append(partial(stage_cache.keep, key, name, level))
+    keys = [key] if level == "beam" else [key, finer]
+    keep += [partial(stage_cache.keep, k, name, level) for k in keys]
 
     def keep_all() -> None:
         for one in keep:
