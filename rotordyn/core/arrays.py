@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse.csgraph import connected_components
 
 FloatArray = npt.NDArray[np.float64]
 ComplexArray = npt.NDArray[np.complex128]
@@ -38,10 +37,14 @@ class ReadOnlyArrays:
 
 def together(near: BoolArray) -> list[IntArray]:
     """Return the groups of indices that are joined by a relation, shape (m, m)."""
-    if not near.size:
-        return []
-    count, label = connected_components(near, directed=False)
-    return [np.flatnonzero(label == k) for k in range(count)]
+    count = len(near)
+    linked = near | near.T | np.eye(count, dtype=bool)
+    label, before = np.arange(count), np.full(1, -1)
+    while not np.array_equal(label, before):
+        # the lowest label around, and that of the index it names
+        before, label = label, np.where(linked, label, count).min(axis=1, initial=count)
+        label = label[label]
+    return [np.flatnonzero(label == k) for k in np.unique(label)]
 
 
 def cross_matrix(vectors: FloatArray) -> FloatArray:

@@ -182,6 +182,27 @@ class FreshStore(StageStore):
         yield
 
 
+class MemoryStore(StageStore):
+    """A store in the memory of one process."""
+
+    def __init__(self) -> None:
+        super().__init__("")
+        self._values: dict[str, Any] = {}
+
+    def find(self, key: str, note: Note) -> Any | None:
+        """Return what is kept under a key, or None."""
+        return self._values.get(key)
+
+    def keep(self, key: str, stage: str, value: Any, note: Note) -> None:
+        """Keep a result, which nobody changes."""
+        self._values[key] = value
+
+    @contextmanager
+    def alone(self, key: str, note: Note) -> Iterator[None]:
+        """Wait for nobody."""
+        yield
+
+
 def _content(data: bytes, key: str, packages: Set[str]) -> Any:
     """Value of an entry's bytes."""
     start = len(_MAGIC) + _DIGEST + 1

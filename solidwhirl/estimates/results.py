@@ -32,7 +32,7 @@ from solidwhirl.rotordyn.modes.damping import DEFAULT_RULE, DampingRule
 
 # Branches that a compared diagram has more, so that those at the upper edge find their partners.
 _MORE_BRANCHES = 4
-# Speeds at which the branches of the variants are computed.
+# Speeds at which the branches of other models are computed; between them errors are linear.
 _SPEEDS = 5
 _PER_SPEED = ("eigenvalues", "frequency_hz", "whirl", "log_decrement", "overlap")
 
@@ -105,11 +105,16 @@ def estimate_errors(
     speed_parts = dict(speeds.parts)
     # one model may be the second of a comparison and the first of the next
     count = len(diagram.frequency_hz) + _MORE_BRANCHES
-    diagram_of = cache(lambda other: rd.campbell(other, diagram.speeds_rad_s, branch_count=count))
+    few = _at_few_speeds(diagram)
+    diagram_of = cache(lambda other: rd.campbell(other, few.speeds_rad_s, branch_count=count))
     speeds_of = cache(lambda other: _critical_like(critical, other, diagram))
     for pair in comparisons:
         _add(rest_parts, pair, _at_rest_differences(at_rest, pair))
-        _add(branch_parts, pair, _branch_differences(diagram, pair, diagram_of))
+        _add(
+            branch_parts,
+            pair,
+            _over_speeds(diagram, few, _branch_differences(few, pair, diagram_of)),
+        )
         _add(speed_parts, pair, _speed_differences(critical, pair, speeds_of))
     free = {}
     if beams is not None:
@@ -241,22 +246,30 @@ def _theory_branch_errors(
     diagram: rd.Campbell, variants: Sequence[rd.AssembledSystem]
 ) -> FloatArray:
     """Errors of the branches of a Campbell diagram, (b, s), between a few speeds linear in them."""
-    speeds = diagram.speeds_rad_s
-    chosen = np.unique(np.linspace(0, len(speeds) - 1, min(_SPEEDS, len(speeds))).round())
-    at = chosen.astype(int)
-    own = diagram.frequency_hz[:, at]
-    few = replace(
-        diagram,
-        speeds_rad_s=speeds[at],
-        **{name: getattr(diagram, name)[:, at] for name in _PER_SPEED},
-    )
+    few = _at_few_speeds(diagram)
+    own = few.frequency_hz
     others = []
     for variant in variants:
-        second = rd.campbell(variant, speeds[at], branch_count=len(own) + _MORE_BRANCHES)
+        second = rd.campbell(variant, few.speeds_rad_s, branch_count=len(own) + _MORE_BRANCHES)
         others.append((1.0 - campbell_differences(few, second).frequency) * own)
-    found = _theory_errors(own, others)
-    out = np.array([np.interp(speeds, speeds[at], errors) for errors in found])
-    out = out.reshape(diagram.frequency_hz.shape)
+    return _over_speeds(diagram, few, _theory_errors(own, others))
+
+
+def _at_few_speeds(diagram: rd.Campbell) -> rd.Campbell:
+    """The diagram at some of its speeds, first and last among them."""
+    count = len(diagram.speeds_rad_s)
+    at = np.unique(np.linspace(0, count - 1, min(_SPEEDS, count)).round()).astype(int)
+    return replace(
+        diagram,
+        speeds_rad_s=diagram.speeds_rad_s[at],
+        **{name: getattr(diagram, name)[:, at] for name in _PER_SPEED},
+    )
+
+
+def _over_speeds(diagram: rd.Campbell, few: rd.Campbell, errors: FloatArray) -> FloatArray:
+    """Errors along the branches of a diagram, (b, s), from those at few speeds."""
+    at = (diagram.speeds_rad_s, few.speeds_rad_s)
+    out = np.array([np.interp(*at, row) for row in errors]).reshape(diagram.frequency_hz.shape)
     return np.where(np.isfinite(diagram.frequency_hz), out, np.nan)
 
 

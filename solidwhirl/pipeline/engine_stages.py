@@ -125,7 +125,7 @@ def diagram_of(engine: Engine) -> Diagram:
         at_rest, diagram = stage_cache.stage(
             "Campbell diagram",
             stage_cache.key("modes and Campbell diagram", engine.digest),
-            lambda: (modes_at_speed(system, 0.0), campbell(system, speeds, **_branches(scene))),
+            lambda: (modes_at_speed(system, 0.0), _campbell(engine)),
         )
     job.progress(Stage(name=StageName.CRITICAL_SPEEDS))
     with job.clock.stage("critical_speeds"):
@@ -134,8 +134,31 @@ def diagram_of(engine: Engine) -> Diagram:
             stage_cache.key("critical speeds", engine.digest),
             lambda: _critical_speeds(scene, system, float(speeds.max())),
         )
-    excited = tuple(ExcitedCriticalSpeed(excited_by=names, critical=c) for names, c in found)
-    return Diagram(at_rest=at_rest, campbell=diagram, critical_speeds=excited)
+    return Diagram(at_rest=at_rest, campbell=diagram, critical_speeds=_excited(found))
+
+
+def campbell_of(engine: Engine) -> Campbell:
+    """Compute the Campbell diagram alone."""
+    return _campbell(engine) if engine.rotating is None else diagram_of(engine).campbell
+
+
+def critical_speeds_of(engine: Engine) -> tuple[ExcitedCriticalSpeed, ...]:
+    """Compute the critical speeds alone."""
+    if engine.rotating is not None:
+        return diagram_of(engine).critical_speeds
+    top = float(engine.job.plan.speeds_rad_s.max())
+    return _excited(_critical_speeds(engine.job.scene, engine.system, top))
+
+
+def _campbell(engine: Engine) -> Campbell:
+    job = engine.job
+    return campbell(engine.system, job.plan.speeds_rad_s, **_branches(job.scene))
+
+
+def _excited(
+    found: tuple[tuple[tuple[str, ...], CriticalSpeed], ...],
+) -> tuple[ExcitedCriticalSpeed, ...]:
+    return tuple(ExcitedCriticalSpeed(excited_by=names, critical=c) for names, c in found)
 
 
 def _rotating_diagram(engine: Engine, rotating: RotatingSystem) -> Diagram:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import resource
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -11,9 +12,11 @@ import numpy as np
 
 from solidwhirl.beams.scene_bodies import BeamBodies, beam_bodies
 from solidwhirl.bodies.fidelity import chosen_level
-from solidwhirl.bodies.reduction import Clock
+from solidwhirl.bodies.reduction import BodyResult, Clock
+from solidwhirl.bodies.refinement import Round
 from solidwhirl.cache.files import StageStore
 from solidwhirl.core.stages import Progress, silent
+from solidwhirl.core.warnings import Doubt
 from solidwhirl.cost.forecast import Forecast, forecast, refuse_too_large
 from solidwhirl.geometry import Body
 from solidwhirl.meshing.imported.records import AnyBody
@@ -29,13 +32,13 @@ from solidwhirl.pipeline.checks import analysis_result_checks, run_checks
 from solidwhirl.pipeline.engine_stages import ExcitedCriticalSpeed
 from solidwhirl.pipeline.results import Results
 from solidwhirl.plausibility.units import implausible
-from solidwhirl.rotordyn import bearing_notes
+from solidwhirl.rotordyn import Superelement, bearing_notes
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.recovery_references import meshes_for
 from solidwhirl.scene_checks.speeds_asked import top_speed
 from solidwhirl.scene_reading.weight import refuse_unsupported
 
-__all__ = ["ExcitedCriticalSpeed", "Results", "run_scene"]
+__all__ = ["ExcitedCriticalSpeed", "Reduced", "Results", "reduced", "run_scene"]
 
 
 def run_scene(
@@ -65,6 +68,44 @@ def run_scene(
     GeometryError, MeshingError, ReductionError, AssemblyError
         Each with one message.
     """
+    found = reduced(scene, comm=comm, progress=progress, foreseen=foreseen, store=store)
+    if found is None:
+        return None
+    engine = stages.assembled_engine(found.job, found.bodies, found.elements, found.beams)
+    results = partial(
+        Results,
+        geometry=found.geometry,
+        doubts=found.doubts,
+        rounds=found.rounds,
+        forecast=found.forecast,
+    )
+    return _analysed(engine, results)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Reduced:
+    """The bodies of a scene after their reduction, before they are assembled."""
+
+    job: Job
+    #: Bodies from profiles by name, as they were built from the scene
+    geometry: Mapping[str, Body]
+    bodies: Mapping[str, BodyResult]
+    elements: Mapping[str, Superelement]
+    beams: BeamBodies
+    doubts: tuple[Doubt, ...]
+    rounds: tuple[Round, ...]
+    forecast: Forecast
+
+
+def reduced(
+    scene: Scene,
+    *,
+    comm: Any = None,
+    progress: Progress = silent,
+    foreseen: Callable[[Plan, Forecast], None] = lambda plan, expected: None,
+    store: StageStore | None = None,
+) -> Reduced | None:
+    """Reduce the bodies of a scene; arguments, errors and other ranks as of `run_scene`."""
     from mpi4py import MPI
 
     comm = MPI.COMM_SELF if comm is None else comm
@@ -90,12 +131,19 @@ def run_scene(
     beams = _beams(job, {n: b for n, b in bodies.items() if plan.bodies[n].level == "beam"})
     simple |= beams.elements
     meshed = {name: body for name, body in solids.items() if name not in beams.elements}
-    reduced, rounds = reduced_bodies(job, meshed, simple)
+    in_rounds, rounds = reduced_bodies(job, meshed, simple)
     if comm.rank != 0:
         return None
-    engine = stages.assembled_engine(job, reduced, elements_of(reduced, simple), beams)
-    found = partial(Results, geometry=bodies, doubts=doubts, rounds=rounds, forecast=expected)
-    return _analysed(engine, found)
+    return Reduced(
+        job=job,
+        geometry=bodies,
+        bodies=in_rounds,
+        elements=elements_of(in_rounds, simple),
+        beams=beams,
+        doubts=doubts,
+        rounds=rounds,
+        forecast=expected,
+    )
 
 
 def _level(
@@ -106,7 +154,9 @@ def _level(
         return chosen_level(scene, bodies), lambda: None
     name = "choice of the level"
     key = stage_cache.key("level", engine_part(scene), scene.analyses, bodies)
-    kept: str | None = comm.bcast(stage_cache.find(key))
+    # beams that did not do on other supports are not tried again: meridians are never worse
+    finer = stage_cache.key("level beyond beams", scene.model, scene.effects, bodies)
+    kept: str | None = comm.bcast(stage_cache.find(key) or stage_cache.find(finer))
     if kept is not None:
         stage_cache.say(name, "kept")
         return kept, lambda: None
@@ -122,7 +172,8 @@ def _level(
 
     level = chosen_level(scene, bodies, beams)
     stage_cache.say(name, "computed")
-    keep.append(partial(stage_cache.keep, key, name, level))
+    keys = [key] if level == "beam" else [key, finer]
+    keep += [partial(stage_cache.keep, k, name, level) for k in keys]
 
     def keep_all() -> None:
         for one in keep:
