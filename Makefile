@@ -29,8 +29,8 @@ setup: ## install Debian packages and .venv (quick when done)
 	@flock Makefile tools/setup.sh
 
 pipeline: setup ## run a scene end to end (SCENE=ferraris OUT=out/ferraris NP=1)
-	@if [ $(NP) = 1 ]; then $(BIN)/solidwhirl run scenes/$(SCENE).toml --out $(OUT); \
-	else mpirun -n $(NP) $(BIN)/solidwhirl run scenes/$(SCENE).toml --out $(OUT); fi
+	@if [ $(NP) = 1 ]; then $(BIN)/solidwhirl run scenes/$(SCENE).toml --out $(OUT) --pictures; \
+	else mpirun -n $(NP) $(BIN)/solidwhirl run scenes/$(SCENE).toml --out $(OUT) --pictures; fi
 
 batch: setup ## run many scenes or sweeps (SCENES="laval ferraris" NP=2 K=1 OUT=out/batch)
 	@[ -n "$(CHOSEN)" ] || { echo 'batch: which scenes? make batch SCENES="laval ferraris"' >&2; exit 2; }

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import meshio
 import numpy as np
 
 from solidwhirl.meshing.records import FloatArray, IntArray, Mesh
@@ -19,6 +18,8 @@ def write_vtu(mesh: Mesh, path: Path) -> None:
 
     A meridian is written in the plane y = 0 with x = r, so that it lies where the solid is.
     """
+    import meshio  # reads and writes many formats: as long as all the rest here
+
     kind, _ = _CELL[mesh.dimension]
     meshio.Mesh(
         _points(mesh),
@@ -32,6 +33,8 @@ def write_vtu(mesh: Mesh, path: Path) -> None:
 
 def write_gmsh(mesh: Mesh, path: Path) -> None:
     """Write gmsh's format 2.2, sections and interfaces as named physical groups."""
+    import meshio
+
     kind, facet = _CELL[mesh.dimension]
     blocks: list[tuple[str, IntArray]] = []
     groups, names = [], {}

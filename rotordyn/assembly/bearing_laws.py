@@ -8,7 +8,6 @@ from types import MappingProxyType
 from typing import Protocol
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from solidwhirl.rotordyn.assembly.law_pieces import BearingCoefficients, LawPieces
 from solidwhirl.rotordyn.core.arrays import FloatArray, freeze_arrays
@@ -247,6 +246,9 @@ def _table_pieces(law: TableLaw) -> LawPieces:
     rows = np.zeros((speeds.size, 4, 2, 2, 2))
     rows[:, 0] = values
     if law.interpolation == "monotone":
+        # imported here as it takes a tenth of a second
+        from scipy.interpolate import PchipInterpolator
+
         rows[:-1] = PchipInterpolator(speeds, values).c[::-1].swapaxes(0, 1)
     else:
         rows[:-1, 1] = np.diff(values, axis=0) / np.diff(speeds).reshape(-1, 1, 1, 1)

@@ -15,7 +15,6 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg as la
-from scipy.interpolate import PchipInterpolator
 
 from solidwhirl.rotordyn.assembly.bearing_laws import ARGUMENT_UNITS, PolynomialLaw, TableLaw
 from solidwhirl.rotordyn.assembly.parts import Bearing, End, Rotor, System
@@ -215,6 +214,8 @@ def _law_values(bearing: Bearing, spin_rad_s: float) -> tuple[FloatArray, FloatA
                 for t in tables
             ]
         else:
+            from scipy.interpolate import PchipInterpolator  # takes a tenth of a second
+
             found = [PchipInterpolator(speeds, t.reshape(-1, 4))(at) for t in tables]
         return found[0].reshape(2, 2), found[1].reshape(2, 2)
     if isinstance(law, PolynomialLaw):

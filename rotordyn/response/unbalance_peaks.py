@@ -52,9 +52,6 @@ def resonance_peaks(
     `resolving_speeds`, and refine with `refined_peaks`. Raises AnalysisError if the arrays do not
     fit or the positions do not rise.
     """
-    # Imported here as it takes longer than all of the rest of this package.
-    from scipy.signal import find_peaks
-
     x = np.asarray(position_rad_s, dtype=float)
     y = np.asarray(amplitude, dtype=float)
     if x.ndim != 1 or x.shape != y.shape or x.size < 3 or not (np.diff(x) > 0).all():
@@ -69,11 +66,29 @@ def resonance_peaks(
     if not y.any():
         return ()
     height = np.log(np.maximum(y, y[y > 0].min()))
-    places, found = find_peaks(height, prominence=max(np.log(minimum_prominence), 1e-12))
-    return tuple(
-        _peak(x, height, int(at), float(np.exp(rise)))
-        for at, rise in zip(places, found["prominences"], strict=True)
-    )
+    least = max(np.log(minimum_prominence), 1e-12)
+    found = [(at, _prominence(height, at)) for at in _tops(height)]
+    return tuple(_peak(x, height, at, float(np.exp(rise))) for at, rise in found if rise >= least)
+
+
+# As `find_peaks` of scipy.signal, whose import takes a quarter of a second.
+
+
+def _tops(height: FloatArray) -> list[int]:
+    """Samples that are higher than those beside them; of a level top the middle."""
+    starts = np.flatnonzero(np.diff(height, prepend=np.nan) != 0.0)
+    ends = np.append(starts[1:], height.size) - 1
+    level = height[starts]
+    inner = np.flatnonzero((level[1:-1] > level[:-2]) & (level[1:-1] > level[2:])) + 1
+    return [int(at) for at in (starts[inner] + ends[inner]) // 2]
+
+
+def _prominence(height: FloatArray, at: int) -> float:
+    """How far a top rises above the higher of the saddles on its sides."""
+    higher = np.flatnonzero(height > height[at])
+    low = int(higher[higher < at].max(initial=-1)) + 1
+    high = int(higher[higher > at].min(initial=height.size))
+    return float(height[at] - max(height[low : at + 1].min(), height[at:high].min()))
 
 
 def summit(

@@ -39,7 +39,7 @@ class CaseSettings:
     # level, accuracy: instead of those of the scenes; None: nothing is replaced
     level: str | None = None
     accuracy: float | None = None
-    pictures: bool = True  # whether to draw
+    pictures: bool = True  # whether to draw those of sweeps at the end
 
     @property
     def stages(self) -> Path:
@@ -96,9 +96,7 @@ def _computed(
 
     results = run_scene(scene, comm=team, progress=tell, store=store)
     assert results is not None
-    stage_cache = StageCache(store=store, progress=tell)
-    draws = settings.pictures
-    document = write_into(results, folder, pictures=draws, page=False, stage_cache=stage_cache)
+    document = write_into(results, folder, pictures=False, page=False)
     (folder / ERROR_FILE).unlink(missing_ok=True)
     return document
 

@@ -205,7 +205,7 @@ def predicted_costs(
     for n in numbers:
         try:
             scene = case_scene(work.cases[n], level=settings.level, accuracy=settings.accuracy)
-            found[n] = predicted_cost(scene, machine, pictures=settings.pictures)
+            found[n] = predicted_cost(scene, machine)
         except Exception:  # whatever it is, the case tells it when its turn comes
             found[n] = _REFUSED
     return found

@@ -51,21 +51,19 @@ class Layout:
         return self.first + team * self.ranks_per_team
 
 
-def predicted_cost(scene: Scene, machine: MachineSpeed, *, pictures: bool = True) -> Predicted:
+def predicted_cost(scene: Scene, machine: MachineSpeed) -> Predicted:
     """Predict what a scene costs, with its analyses and as if nothing were kept.
 
     Where the scene leaves the level to the program it counts as harmonic: to try whether beams are
     enough takes as long as a small case.
 
-    `machine`: speed of the machine, the same for all cases that are compared. `pictures`: whether
-    they are drawn.
-    Raises ValueError: something that a run refuses as well.
+    `machine`: speed of the machine, the same for all cases that are compared. Raises ValueError: something that a run refuses as well.
     """
     level = "harmonic" if scene.model.level == "auto" else scene.model.level
     bodies, meshes = build_bodies(scene), build_mesh_bodies(scene)
     plan = make_plan(scene, bodies, level)
     found = forecast(scene, plan, {**bodies, **meshes}, machine=machine)
-    steps = [step.seconds for step in run_steps(plan, found, pictures=pictures)]
+    steps = [step.seconds for step in run_steps(plan, found, pictures=False)]
     return Predicted(
         seconds=sum(steps, start=_AROUND_S),
         peak_memory_gib=found.peak_memory_gib,

@@ -42,7 +42,7 @@ class BatchOptions:
     ] = None
     level: Level = None
     accuracy: Accuracy = None
-    pictures: Annotated[bool, typer.Option(help="Draw pictures; without, numbers only.")] = True
+    pictures: Annotated[bool, typer.Option(help="Draw pictures of the sweeps at the end.")] = True
     operating_rpm: Operating = None
     quiet: Quiet = False
 

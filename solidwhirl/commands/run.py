@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 
 EXAMPLES = options.examples(
     "solidwhirl run scenes/laval.toml --out out/laval",
-    "solidwhirl run scenes/laval.toml --out out/laval --level beam --no-pictures",
-    "solidwhirl run scenes/laval.toml --out out/quick --no-pictures --quiet",
-    "solidwhirl run scenes/laval.toml --out out/laval --no-pictures --json",
+    "solidwhirl run scenes/laval.toml --out out/laval --level beam --pictures",
+    "solidwhirl run scenes/laval.toml --out out/quick --quiet",
+    "solidwhirl run scenes/laval.toml --out out/laval --json",
 )
 
 
@@ -38,7 +38,7 @@ class RunOptions:
     accuracy: options.Accuracy = None
     store: options.Store = None
     fresh: Annotated[bool, typer.Option("--fresh", help="Compute all stages again.")] = False
-    pictures: Annotated[bool, typer.Option(help="Draw PNG pictures; the page needs none.")] = True
+    pictures: Annotated[bool, typer.Option(help="Draw PNG pictures; the page needs none.")] = False
     quiet: options.Quiet = False
     as_json: options.AsJson = False
 
@@ -55,7 +55,7 @@ class RunOptions:
 def run(asked: RunOptions) -> None:
     """Run a scene from geometry to Campbell plot.
 
-    Writes report.html, report.md, results.json, pictures, bodies/ and meshes/ into the folder. A
+    Writes report.html, report.md, results.json, bodies/ and meshes/ into the folder. A
     run that was broken off goes on from its last complete stage.
     Under mpirun the bodies of level solid are reduced on all ranks.
     The exit code is 3 if a check of the results failed, 2 if the scene was refused. Warnings and an

@@ -8,7 +8,6 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import interp1d
 
 from solidwhirl.drawing.bodies import RigidDisk, Silhouette
 from solidwhirl.files.surface_files import shown_surface
@@ -78,6 +77,8 @@ def _turned(element: Superelement, lines: Sequence[FloatArray]) -> Surface | Non
         edges.append(np.column_stack([number, number + 1]))
         points.append(start + np.linspace(0.0, 1.0, count + 1)[:, None] * (end - start))
     meridian, moved = np.vstack(points), axis.modes[first]
+    from scipy.interpolate import interp1d  # takes a tenth of a second
+
     at = [interp1d(places, f, axis=0, bounds_error=False, fill_value=(f[0], f[-1]))(meridian[:, 0])
           for f in (moved, np.gradient(moved, places, axis=0))]  # fmt: skip
     planes = [(at[0][:, c], at[1][:, c]) for c in (0, 1)]

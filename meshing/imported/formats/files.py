@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-import meshio
 import numpy as np
 
 from solidwhirl.meshing.errors import MeshingError
@@ -93,6 +92,8 @@ def _read_msh(path: Path) -> FileMesh:
         head = file.read(len(_MSH_HEAD))
     if head != _MSH_HEAD:
         raise MeshingError("does not begin with $MeshFormat, as gmsh's meshes do")
+    import meshio
+
     mesh = meshio.gmsh.read(str(path))
     names = {(int(tag), int(dim)): name for name, (tag, dim) in mesh.field_data.items()}
     groups: dict[str, dict[int, IntArray]] = {}
@@ -121,6 +122,8 @@ def _read_vtu(path: Path) -> FileMesh:
                 f"found {word.decode()}, allowed is {_ALLOWED['.vtu']}, without declarations and "
                 "entities"
             )
+    import meshio
+
     mesh = meshio.vtu.read(str(path))
     groups: dict[str, dict[int, IntArray]] = {}
     for array, blocks in mesh.cell_data.items():
