@@ -57,7 +57,8 @@ def predicted_cost(scene: Scene, machine: MachineSpeed) -> Predicted:
     Where the scene leaves the level to the program it counts as harmonic: to try whether beams are
     enough takes as long as a small case.
 
-    `machine`: speed of the machine, the same for all cases that are compared. Raises ValueError: something that a run refuses as well.
+    `machine`: speed of the machine, the same for all cases that are compared. Raises ValueError:
+    something that a run refuses as well.
     """
     level = "harmonic" if scene.model.level == "auto" else scene.model.level
     bodies, meshes = build_bodies(scene), build_mesh_bodies(scene)

@@ -169,7 +169,7 @@ def test_a_plain_terminal_gets_plain_help(words):
 QUICK = ("init", "check", "geometry", "export", "formats", "schema", "plan", "version")
 LONG = ("doctor", "run", "batch batch-pictures", "study", "identify", "pictures")
 # The example whose folder those of `check` and `export` read.
-BEAM_RUN = "solidwhirl run scenes/laval.toml --out out/laval --level beam --no-pictures"
+BEAM_RUN = "solidwhirl run scenes/laval.toml --out out/laval --level beam --pictures"
 
 
 @pytest.mark.solver

@@ -31,7 +31,7 @@ def run(tmp_path):
 @pytest.mark.parametrize("rpm", [None, (12000.0,)])
 def test_single_speed(run, small_scene, tmp_path, rpm):
     """[speeds] absent means at rest; one column either way."""
-    done = run(small_scene(rpm=rpm))
+    done = run(small_scene(rpm=rpm), "out", "--pictures")
     assert done.exit_code == 0, done.stderr
     document = results_in(tmp_path / "out")
     diagram = document["campbell"]
@@ -79,7 +79,7 @@ def test_rotor_without_bearings(run, small_scene, tmp_path):
 
 
 def test_command_writes_and_options_change_the_model(run, small_scene, tmp_path):
-    done = run(small_scene())
+    done = run(small_scene(), "out", "--pictures")
     assert done.exit_code == 0, done.stderr
     for name in ("campbell.png", "report.md", "results.json"):
         assert str(tmp_path / "out" / name) in done.stdout
