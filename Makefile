@@ -97,6 +97,9 @@ bench: setup ## measure time and memory, beside other programs (two hours)
 	@$(BIN)/python bench/ordinary_rotors.py
 	@$(BIN)/python bench/engine.py
 	@$(BIN)/python bench/run_up.py
+	@$(BIN)/python bench/asymmetric.py
+	@$(BIN)/python bench/asymmetric_body.py
+	@$(BIN)/python bench/loop.py
 
 clean: ## remove results and caches, not the environment
 	rm -rf out build .mypy_cache .ruff_cache .hypothesis .import_linter_cache
