@@ -13,8 +13,8 @@ from solidwhirl.rotordyn.asymmetric import Joint, turning_body
 from solidwhirl.rotordyn.asymmetric.periodic import at_speed
 
 SPIN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])  # e_z ×
-# Part of a radian of the fastest motion that a step may be.
-FINE = 0.06
+# Part of a radian of the fastest motion that a step may be: growth is right to 1e-6 of the speed.
+FINE = 0.03
 
 
 def random_system(seed):

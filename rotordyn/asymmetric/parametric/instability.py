@@ -35,6 +35,9 @@ from solidwhirl.rotordyn.stability.unstable_windows import Piece, Search
 
 # Harmonics of Hill's method to begin with.
 _FIRST = 3
+# Harmonics to begin with where that led both ends of a range to one, and how near these are then,
+# over the width of the range.
+_AGAIN, _ONE_END = 8, 1e-3
 # Coordinates that are few.
 _FEW = 16
 # A motion that turns slower than this part of its rate stands still.
@@ -180,10 +183,11 @@ class _Found:
     def _range(self, piece: Piece) -> UnstableRange | None:
         """Return the range of a piece; None where Hill's method finds no growth."""
         opens, closes = self._search.ends_inside(piece)
-        first = self._end(piece.low, piece.high) if opens else None
-        last = self._end(piece.high, piece.low) if closes else None
+        first, last = self._ends(piece, opens, closes)
         low = first.root.speed_rad_s if first else piece.low
         high = last.root.speed_rad_s if last else piece.high
+        if high <= low:
+            return None
         speed = self._search.highest(piece)
         speed = speed if low <= speed <= high else 0.5 * (low + high)
         top = self._top(speed)
@@ -228,7 +232,24 @@ class _Found:
     def _hill(self, start: Root, sought: Sought, allowed: tuple[float, float]) -> Converged | None:
         return converged_root(self._system, self._motions.basis, start, sought, allowed)
 
-    def _end(self, speed: float, other: float) -> Converged | None:
+    def _ends(
+        self, piece: Piece, opens: bool, closes: bool
+    ) -> tuple[Converged | None, Converged | None]:
+        """Return where growth begins and where it ends.
+
+        From few harmonics both ends of a narrow range may be led to the same one.
+        """
+        for order in (_FIRST, _AGAIN):
+            first = self._end(piece.low, piece.high, order) if opens else None
+            last = self._end(piece.high, piece.low, order) if closes else None
+            width = piece.high - piece.low
+            if not (first and last):
+                break
+            if last.root.speed_rad_s - first.root.speed_rad_s > _ONE_END * width:
+                break
+        return first, last
+
+    def _end(self, speed: float, other: float, order: int) -> Converged | None:
         """Return where growth begins or ends at a speed; it grows towards the other.
 
         Without damping two motions meet there, else one of them crosses the axis. None: not found,
@@ -237,7 +258,7 @@ class _Found:
         search = self._search
         value = search.at_end(speed, other)
         found = search.at(speed)
-        start = self._motions.root(found, found.nearest(value)[0], _FIRST)
+        start = self._motions.root(found, found.nearest(value)[0], order)
         start = start._replace(value=1j * start.value.imag)
         step = 2.0 * search.accuracy(speed, other) * (1 if speed > other else -1)
         beyond = search.at(min(max(speed + step, search.low), search.high))
