@@ -1,6 +1,7 @@
 """From a mesh to a superelement: operators of the spinning body and their reduction."""
 
-# first: it says how dolfinx is imported
+# first: h5py before dolfinx, and how that is imported
+import solidwhirl.rotordyn.core.hdf5  # noqa: I001
 import solidwhirl.reduction.operators.compat  # noqa: F401
 from solidwhirl.core.reduction_work import ReductionWork
 from solidwhirl.reduction.basis.craig_bampton import MAXIMUM_HOOP_STRAIN

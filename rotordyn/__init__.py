@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+# first of all
+import solidwhirl.rotordyn.core.hdf5  # noqa: F401
 from solidwhirl.rotordyn.assembly.bearing_laws import (
     LEE_ANISOTROPIC,
     LEE_ISOTROPIC,

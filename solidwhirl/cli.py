@@ -1,48 +1,115 @@
-"""The command line."""
+"""The command line: a command is imported when it is called, its help when that is asked for."""
 
 from __future__ import annotations
 
+import ast
 import os
 import time
-from typing import Annotated
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple
 
 import typer
-
-from solidwhirl.commands import (
-    batches,
-    check,
-    doctor,
-    files,
-    geometry,
-    init,
-    pictures,
-    plan,
-    run,
-    searches,
-)
-from solidwhirl.commands.options import Command, examples
-from solidwhirl.console.exit_handling import end_of_defect, keep_petsc_from_signals
-from solidwhirl.console.streams import lasting_streams
+from typer.core import TyperCommand, TyperGroup
 
 # A terminal that can only take plain text gets help without boxes.
 _PLAIN = os.environ.get("TERM", "").lower() in ("dumb", "unknown")
+_MARKUP: Literal["markdown"] | None = None if _PLAIN else "markdown"
+
+
+class _Place(NamedTuple):
+    """Where a command is: module in `solidwhirl.commands`, function, and examples of its help."""
+
+    module: str
+    function: str
+    examples: str = "EXAMPLES"
+
+
+_COMMANDS = {
+    "init": _Place("init", "init"),
+    "run": _Place("run", "run"),
+    "plan": _Place("plan", "plan"),
+    "study": _Place("searches", "study", "STUDY_EXAMPLES"),
+    "identify": _Place("searches", "identify", "IDENTIFY_EXAMPLES"),
+    "check": _Place("check", "check"),
+    "batch": _Place("batches", "batch"),
+    "batch-pictures": _Place("batches", "batch_pictures", "PICTURES_EXAMPLES"),
+    "pictures": _Place("pictures", "pictures"),
+    "geometry": _Place("geometry", "geometry"),
+    "export": _Place("files", "export", "EXPORT_EXAMPLES"),
+    "formats": _Place("files", "formats", "FORMATS_EXAMPLES"),
+    "schema": _Place("files", "schema", "SCHEMA_EXAMPLES"),
+    "doctor": _Place("doctor", "doctor"),
+    "version": _Place("files", "version", "VERSION_EXAMPLES"),
+}
+_EXAMPLES = ("solidwhirl init rotor.toml", "solidwhirl run rotor.toml --out out/rotor")
+
+
+class Commands(TyperGroup):
+    """The commands; what is not called is not imported."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Return the names in the order of the help."""
+        return list(_COMMANDS)
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """Return a command that knows its help alone, or the whole one once it was called."""
+        if cmd_name in _COMMANDS and cmd_name not in self.commands:
+            return TyperCommand(cmd_name, callback=None, help=_help(cmd_name))
+        return super().get_command(ctx, cmd_name)
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Load the command that is called."""
+        if args[0] in _COMMANDS:
+            self.commands[args[0]] = command(args[0])
+        return super().resolve_command(ctx, args)
+
+
+@cache
+def command(name: str) -> Any:
+    """Import a command of the command line."""
+    from solidwhirl.commands.options import Command
+
+    place = _COMMANDS[name]
+    module = import_module(f"solidwhirl.commands.{place.module}")
+    alone = typer.Typer(
+        add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=_MARKUP
+    )
+    made = alone.command(name, cls=Command, epilog=getattr(module, place.examples))
+    made(getattr(module, place.function))
+    return typer.main.get_command(alone)
+
+
+def every_command() -> dict[str, Any]:
+    """Import all commands."""
+    return {name: command(name) for name in _COMMANDS}
+
+
+def _help(name: str) -> str:
+    """What a command says of itself, from its source."""
+    place = _COMMANDS[name]
+    source = Path(__file__).parent / "commands" / f"{place.module}.py"
+    tree = ast.parse(source.read_text(encoding="utf-8"))
+    found = (n for n in tree.body if isinstance(n, ast.FunctionDef) and n.name == place.function)
+    return ast.get_docstring(next(found)) or ""
+
 
 app = typer.Typer(
+    cls=Commands,
     add_completion=True,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
-    rich_markup_mode=None if _PLAIN else "markdown",
+    rich_markup_mode=_MARKUP,
     help="Turbine rotors as solids, reduced to superelements, assembled to rotordynamics.",
-    epilog=examples(
-        "solidwhirl init rotor.toml",
-        "solidwhirl run rotor.toml --out out/rotor",
-        "solidwhirl run --help",
-    ),
+    epilog="\n\n".join(("Examples:", *_EXAMPLES, "solidwhirl run --help")),
 )
 
 
 def _print_versions(asked: bool) -> None:
     if asked:
+        from solidwhirl.commands import files
+
         files.version()
         raise typer.Exit
 
@@ -62,25 +129,11 @@ def _options(
     pass
 
 
-app.command(cls=Command, epilog=init.EXAMPLES)(init.init)
-app.command(cls=Command, epilog=run.EXAMPLES)(run.run)
-app.command(cls=Command, epilog=plan.EXAMPLES)(plan.plan)
-app.command(cls=Command, epilog=searches.STUDY_EXAMPLES)(searches.study)
-app.command(cls=Command, epilog=searches.IDENTIFY_EXAMPLES)(searches.identify)
-app.command(cls=Command, epilog=check.EXAMPLES)(check.check)
-app.command(cls=Command, epilog=batches.EXAMPLES)(batches.batch)
-app.command(cls=Command, epilog=batches.PICTURES_EXAMPLES)(batches.batch_pictures)
-app.command(cls=Command, epilog=pictures.EXAMPLES)(pictures.pictures)
-app.command(cls=Command, epilog=geometry.EXAMPLES)(geometry.geometry)
-app.command(cls=Command, epilog=files.EXPORT_EXAMPLES)(files.export)
-app.command(cls=Command, epilog=files.FORMATS_EXAMPLES)(files.formats)
-app.command(cls=Command, epilog=files.SCHEMA_EXAMPLES)(files.schema)
-app.command(cls=Command, epilog=doctor.EXAMPLES)(doctor.doctor)
-app.command(cls=Command, epilog=files.VERSION_EXAMPLES)(files.version)
-
-
 def main() -> None:
     """Entry point of the command `solidwhirl`."""
+    from solidwhirl.console.exit_handling import end_of_defect, keep_petsc_from_signals
+    from solidwhirl.console.streams import lasting_streams
+
     streams = lasting_streams()
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     os.environ["MPLBACKEND"] = "agg"  # pictures are files, whatever the user's own ones are

@@ -12,7 +12,6 @@ import traceback
 from collections.abc import Iterator
 from typing import Any, NoReturn
 
-import numpy as np
 import typer
 
 # PETSc's codes for memory that it did not get, and for errors of libraries such as MUMPS.
@@ -140,6 +139,8 @@ def take_first_memory() -> None:
     """
     if not _has_memory(_LEAST_MEMORY):
         raise MemoryError(f"less than {_LEAST_MEMORY >> 20} MiB are left")
+    import numpy as np
+
     block = np.ones((_BLOCK, _BLOCK))
     block @ block  # the buffer stays
 

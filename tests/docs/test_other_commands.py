@@ -17,7 +17,7 @@ import pytest
 from pages import FENCE, FOLLOWED, PAGES, ROOT, blocks, name_of
 from typer.testing import CliRunner
 
-from solidwhirl.cli import app
+from solidwhirl.cli import app, every_command
 
 BIN = Path(sys.executable).parent
 RUN = r"(?:mpirun [^`\n]*)?(?:\.venv/bin/)?"
@@ -121,7 +121,6 @@ MPI = {
     "OMPI_MCA_rmaps_base_oversubscribe": "1",
     "OMPI_MCA_mpi_yield_when_idle": "1",
 }
-REGISTERED = app.registered_commands
 
 
 def commands_of(text, followed):
@@ -260,7 +259,7 @@ def test_what_is_listed_is_on_a_page():
 def test_commands_stand_in_sh_blocks(page):
     """Elsewhere, or in a block that is indented, they would not be found."""
     assert not re.search(r"^ +(?:```|~~~)|^~~~", page.read_text(encoding="utf-8"), re.MULTILINE)
-    names = "|".join(command.name or command.callback.__name__ for command in REGISTERED)
+    names = "|".join(every_command())
     for _, language, block in blocks(page):
         if language != "sh":
             found = re.search(rf"^\W*{RUN}solidwhirl (?:{names})\b", block, re.MULTILINE)

@@ -12,9 +12,9 @@ import pytest
 import typer.main
 from typer.testing import CliRunner
 
-from solidwhirl.cli import app
+from solidwhirl.cli import app, every_command
 
-COMMANDS = typer.main.get_command(app).commands
+COMMANDS = every_command()
 PROGRAM = Path(sys.executable).parent / "solidwhirl"
 PATH = f"{PROGRAM.parent}{os.pathsep}{os.environ['PATH']}"
 
