@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from solidwhirl.rotordyn.campbell.diagram import Campbell
-from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray, ReadOnlyArrays
+from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray, ReadOnlyArrays, StringArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.critical_speeds.search import CriticalSpeed
 
@@ -76,6 +76,22 @@ def campbell_differences(first: Campbell, second: Campbell) -> CampbellDifferenc
     mine = first.frequency_hz[found]
     frequency[found] = (mine - second.frequency_hz[partner[found]]) / mine
     return CampbellDifferences(partner=partner, frequency=frequency)
+
+
+def frequency_partners(
+    first_hz: FloatArray, first_whirl: StringArray, second_hz: FloatArray, second_whirl: StringArray
+) -> IntArray:
+    """Pair modes of two models at one speed by frequency and whirl.
+
+    `first_hz`, `first_whirl`: nan and any whirl where a mode is absent, shape (b,). Returns the
+    mode of the second model for each of the first, −1 for none, as for branches.
+    """
+    f, g = first_hz[:, None], second_hz[None, :]
+    larger = np.maximum(f, g)
+    apart = np.abs(f - g) / np.where(larger == 0.0, 1.0, larger)
+    senses = [(w == "forward").astype(int) - (w == "backward") for w in (first_whirl, second_whirl)]
+    cost = apart + _OPPOSITE * (np.multiply.outer(*senses) < 0)
+    return _partners(np.where(np.isfinite(cost), cost, _FARTHEST))
 
 
 def critical_speed_differences(

@@ -13,25 +13,22 @@ from solidwhirl import rotordyn as rd
 from solidwhirl.beams.error import beam_theory_error
 from solidwhirl.core.displays import indented, percent
 from solidwhirl.estimates.comparators import Comparison
-from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
+from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray, StringArray
+from solidwhirl.rotordyn.critical_speeds.followed import followed_critical_speeds
 from solidwhirl.rotordyn.estimates.campbell_errors import CampbellErrors, campbell_errors
 from solidwhirl.rotordyn.estimates.critical_speed_errors import (
     CriticalSpeedErrors,
     critical_speed_errors,
 )
-from solidwhirl.rotordyn.estimates.differences import (
-    campbell_differences,
-    critical_speed_differences,
-)
+from solidwhirl.rotordyn.estimates.differences import frequency_partners
 from solidwhirl.rotordyn.estimates.eigenvalue_errors import (
     FrequencyErrors,
     error_scale,
     frequency_errors,
 )
 from solidwhirl.rotordyn.modes.damping import DEFAULT_RULE, DampingRule
+from solidwhirl.rotordyn.modes.whirl import whirl_at_speed
 
-# Branches that a compared diagram has more, so that those at the upper edge find their partners.
-_MORE_BRANCHES = 4
 # Speeds at which the branches of other models are computed; between them errors are linear.
 _SPEEDS = 5
 _PER_SPEED = ("eigenvalues", "frequency_hz", "whirl", "log_decrement", "overlap")
@@ -103,19 +100,14 @@ def estimate_errors(
     speeds = critical_speed_errors(system, critical, branches)
     rest_parts, branch_parts = dict(rest.parts), dict(branches.parts)
     speed_parts = dict(speeds.parts)
-    # one model may be the second of a comparison and the first of the next
-    count = len(diagram.frequency_hz) + _MORE_BRANCHES
     few = _at_few_speeds(diagram)
-    diagram_of = cache(lambda other: rd.campbell(other, few.speeds_rad_s, branch_count=count))
-    speeds_of = cache(lambda other: _critical_like(critical, other, diagram))
+    # one model may be the second of a comparison and the first of the next
+    modes_of = cache(_modes)
     for pair in comparisons:
         _add(rest_parts, pair, _at_rest_differences(at_rest, pair))
-        _add(
-            branch_parts,
-            pair,
-            _over_speeds(diagram, few, _branch_differences(few, pair, diagram_of)),
-        )
-        _add(speed_parts, pair, _speed_differences(critical, pair, speeds_of))
+        found = _branch_differences(few, pair, modes_of)
+        _add(branch_parts, pair, _over_speeds(diagram, few, found))
+        _add(speed_parts, pair, _speed_differences(critical, pair))
     free = {}
     if beams is not None:
         own_hz = at_rest.frequency_hz
@@ -158,39 +150,55 @@ def _at_rest_differences(at_rest: rd.Modes, pair: Comparison) -> FloatArray:
     return out
 
 
-def _branch_differences(
-    diagram: rd.Campbell, pair: Comparison, diagram_of: Callable[[rd.AssembledSystem], rd.Campbell]
-) -> FloatArray:
-    """Differences along the branches of the diagram."""
-    second = diagram_of(pair.second)
-    first = diagram if pair.first is None else diagram_of(pair.first)
-    found = campbell_differences(first, second)
-    own = first.frequency_hz
-    out = pair.safety * np.abs(found.frequency) * own / _scale_hz(pair.second, own)
-    if pair.part == "mesh":
-        out += _at_partners(found.partner, campbell_errors(pair.second, second).total)
-    if pair.first is None:
-        return out
-    # from the branches of the first model to those of the scene's own
-    return _at_partners(campbell_differences(diagram, first).partner, out)
+class _Seen(NamedTuple):
+    """Modes of another model at one speed, and how they whirl."""
+
+    modes: rd.Modes
+    whirl: StringArray
 
 
-def _speed_differences(
-    critical: Sequence[rd.CriticalSpeed],
-    pair: Comparison,
-    speeds_of: Callable[[rd.AssembledSystem], list[rd.CriticalSpeed]],
-) -> FloatArray:
-    """Differences of the critical speeds."""
-    second = speeds_of(pair.second)
-    first = list(critical) if pair.first is None else speeds_of(pair.first)
-    found = critical_speed_differences(first, second)
-    out = pair.safety * np.abs(found.speed)
-    if pair.part == "mesh":
-        known = critical_speed_errors(pair.second, second).total
-        out += _at_partners(found.partner, known)
-    if pair.first is None:
-        return out
-    return _at_partners(critical_speed_differences(critical, first).partner, out)
+def _modes(system: rd.AssembledSystem, speed_rad_s: float) -> _Seen:
+    modes = rd.modes_at_speed(system, speed_rad_s)
+    return _Seen(modes, whirl_at_speed(system, modes.shapes, modes.eigenvalues, speed_rad_s))
+
+
+ModesOf = Callable[[rd.AssembledSystem, float], _Seen]
+
+
+def _paired(
+    few: rd.Campbell, hertz: FloatArray, at: int, other: _Seen
+) -> tuple[FloatArray, IntArray]:
+    """Frequencies of another model that belong to those of branches at a speed, and its modes."""
+    partner = frequency_partners(hertz, few.whirl[:, at], other.modes.frequency_hz, other.whirl)
+    return _at_partners(partner, other.modes.frequency_hz), partner
+
+
+def _branch_differences(few: rd.Campbell, pair: Comparison, modes_of: ModesOf) -> FloatArray:
+    """Differences along the branches of a diagram, speed by speed."""
+    out = np.full(few.frequency_hz.shape, np.nan)
+    for at, speed in enumerate(few.speeds_rad_s.tolist()):
+        own = few.frequency_hz[:, at]
+        if pair.first is not None:
+            own, _ = _paired(few, own, at, modes_of(pair.first, speed))
+        seen = modes_of(pair.second, speed)
+        other, partner = _paired(few, own, at, seen)
+        out[:, at] = pair.safety * np.abs(own - other) / _scale_hz(pair.second, own)
+        if pair.part == "mesh":  # what the finer model itself is wrong by
+            out[:, at] += _at_partners(partner, frequency_errors(pair.second, seen.modes).total)
+    return out
+
+
+def _speed_differences(critical: Sequence[rd.CriticalSpeed], pair: Comparison) -> FloatArray:
+    """Differences of the critical speeds, each followed from one model to the next."""
+    first = list(critical) if pair.first is None else followed_critical_speeds(pair.first, critical)
+    second = followed_critical_speeds(pair.second, first)
+    out = np.full(len(critical), np.nan)
+    for k, (one, other) in enumerate(zip(first, second, strict=True)):
+        if one is not None and other is not None:
+            out[k] = pair.safety * abs(one.speed_rad_s - other.speed_rad_s) / one.speed_rad_s
+            if pair.part == "mesh":
+                out[k] += float(critical_speed_errors(pair.second, [other]).total[0])
+    return out
 
 
 def _scale_hz(system: rd.AssembledSystem, frequency_hz: FloatArray) -> FloatArray:
@@ -204,20 +212,6 @@ def _at_partners(partner: IntArray, values: FloatArray) -> FloatArray:
     has = partner >= 0
     out[has] = values[partner[has]]
     return out
-
-
-def _critical_like(
-    critical: Sequence[rd.CriticalSpeed], system: rd.AssembledSystem, diagram: rd.Campbell
-) -> list[rd.CriticalSpeed]:
-    """Critical speeds of another system for the same excitations, a little beyond the range."""
-    top = 1.05 * float(diagram.speeds_rad_s.max())
-    top = min(top, system.speed_limit_rad_s)
-    ratios = sorted({round(2.0 * np.pi * c.frequency_hz / c.speed_rad_s, 9) for c in critical})
-    return [
-        c
-        for ratio in ratios
-        for c in rd.critical_speeds(system, excitation_ratio=ratio, speed_max_rad_s=top)
-    ]
 
 
 def _free(element: rd.Superelement, name: str, comparisons: tuple[Comparison, ...]) -> FloatArray:
@@ -247,11 +241,13 @@ def _theory_branch_errors(
 ) -> FloatArray:
     """Errors of the branches of a Campbell diagram, (b, s), between a few speeds linear in them."""
     few = _at_few_speeds(diagram)
-    own = few.frequency_hz
-    others = []
+    own, others = few.frequency_hz, []
     for variant in variants:
-        second = rd.campbell(variant, few.speeds_rad_s, branch_count=len(own) + _MORE_BRANCHES)
-        others.append((1.0 - campbell_differences(few, second).frequency) * own)
+        columns = [
+            _paired(few, own[:, at], at, _modes(variant, speed))[0]
+            for at, speed in enumerate(few.speeds_rad_s.tolist())
+        ]
+        others.append(np.column_stack(columns))
     return _over_speeds(diagram, few, _theory_errors(own, others))
 
 

@@ -9,13 +9,16 @@ import pytest
 from rotors import ground, one_rotor, three_disk_element, truncated
 
 from solidwhirl.rotordyn import AnalysisError, CriticalSpeed, campbell, critical_speeds
+from solidwhirl.rotordyn.critical_speeds.followed import followed_critical_speeds
 from solidwhirl.rotordyn.estimates.campbell_errors import campbell_errors
 from solidwhirl.rotordyn.estimates.differences import (
     campbell_differences,
     critical_speed_differences,
+    frequency_partners,
 )
 
 SPEEDS = np.linspace(0.0, 1500.0, 7)
+ENDS = ("left", "right")
 
 
 @pytest.fixture(scope="module")
@@ -111,3 +114,45 @@ def test_critical_speeds_without_partner_are_nan():
     for pair in (((), second), (first, ())):
         empty = critical_speed_differences(*pair)
         assert np.isnan(empty.speed).all() and (empty.partner == -1).all()
+
+
+def test_modes_are_paired_at_one_speed_as_branches_are():
+    hertz, whirl = (
+        np.array([50.0, np.nan, 50.2, 80.0, 0.0]),
+        np.array(["forward", "", "backward"] * 2)[:5],
+    )
+    whirl[3:] = "planar"
+    theirs = np.array([0.0, 50.1, 50.15, 81.0, 200.0])
+    sense = np.array(["planar", "backward", "forward", "planar", "planar"])
+    found = frequency_partners(hertz, whirl, theirs, sense)
+    np.testing.assert_array_equal(found, [2, -1, 1, 3, 0])
+
+
+@pytest.mark.parametrize("drag", [0.0, 2e4])
+def test_followed_critical_speeds_are_those_that_are_searched(drag):
+    """Other stiffness of the supports; with damping and without, both excitations."""
+    element = three_disk_element()
+
+    def on(stiffness):
+        held = [ground("rotor", e, stiffness, 0.7 * stiffness, cx=drag, cy=drag) for e in ENDS]
+        return one_rotor(element, held)
+
+    first, second = on(7e7), on(6.6e7)
+    known = [*critical_speeds(first, 1.0, 1500.0), *critical_speeds(first, 0.5, 1500.0)]
+    found = followed_critical_speeds(second, [*known, None])
+    assert len(known) > 4 and found[-1] is None and None not in found[:-1]
+    searched = [*critical_speeds(second, 1.0, 1600.0), *critical_speeds(second, 0.5, 1600.0)]
+    partner = critical_speed_differences(found[:-1], searched)
+    assert (partner.partner >= 0).all()
+    np.testing.assert_allclose(partner.speed, 0.0, atol=1e-9)
+    for one, k in zip(found[:-1], partner.partner, strict=True):
+        assert one.log_decrement == pytest.approx(searched[k].log_decrement, rel=1e-6, abs=1e-9)
+
+
+def test_a_critical_speed_that_is_gone_is_not_followed():
+    element = three_disk_element()
+    first, second = (
+        one_rotor(element, [ground("rotor", e, k, k) for e in ENDS]) for k in (7e7, 2e6)
+    )
+    lowest = critical_speeds(first, 1.0, 1500.0)[0]
+    assert followed_critical_speeds(second, [lowest]) == [None]
