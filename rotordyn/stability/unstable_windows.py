@@ -37,6 +37,8 @@ _PARTS = np.linspace(0.0, 1.0, 17)
 _UNSEEN = 0.5
 # and afterwards, beside what the middle has shown.
 _SEEN = 0.05
+# and at least this part of what a middle has shown of growth and frequency together.
+_BY_CHANCE = 0.25
 # Modes less alike than this are not known to be the same.
 _UNLIKE = 0.5
 # Only modes that are more alike are one that grows from one speed to the other.
@@ -349,7 +351,11 @@ def _error(stretch: Stretch, seen: ComplexArray | None) -> FloatArray:
     miss = np.abs(stretch.mismatch())
     growth = np.abs(stretch.mismatch().real).max(axis=0)
     coarse = _UNSEEN * (growth + np.where(stretch.mac < _UNLIKE, miss.max(axis=0), 0.0))
-    return coarse if seen is None else np.minimum(coarse, np.maximum(seen.real, _SEEN * coarse))
+    if seen is None:
+        return coarse
+    # growth may be right in a middle by chance where the frequency is not
+    shown = np.maximum(seen.real, _BY_CHANCE * np.abs(seen))
+    return np.minimum(coarse, np.maximum(shown, _SEEN * coarse))
 
 
 def _drift(stretch: Stretch, seen: ComplexArray | None) -> FloatArray:
