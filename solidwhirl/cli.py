@@ -19,6 +19,7 @@ from solidwhirl.commands import (
     plan,
     run,
     searches,
+    watch,
 )
 from solidwhirl.commands.options import Command, examples
 from solidwhirl.console.exit_handling import end_of_defect, keep_petsc_from_signals
@@ -71,6 +72,7 @@ app.command(cls=Command, epilog=check.EXAMPLES)(check.check)
 app.command(cls=Command, epilog=batches.EXAMPLES)(batches.batch)
 app.command(cls=Command, epilog=batches.PICTURES_EXAMPLES)(batches.batch_pictures)
 app.command(cls=Command, epilog=pictures.EXAMPLES)(pictures.pictures)
+app.command(cls=Command, epilog=watch.EXAMPLES)(watch.watch)
 app.command(cls=Command, epilog=geometry.EXAMPLES)(geometry.geometry)
 app.command(cls=Command, epilog=files.EXPORT_EXAMPLES)(files.export)
 app.command(cls=Command, epilog=files.FORMATS_EXAMPLES)(files.formats)

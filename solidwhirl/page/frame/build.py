@@ -44,7 +44,7 @@ def page_html(sections: Sequence[Section], *, title: str, name: str) -> str:
         sections=sections,
         title=title,
         name=name,
-        style=_file("style.css"),
+        style=asset("style.css"),
         library=_plotly() if drawn else "",
         scripts=_scripts(blocks),
         kind=lambda block: type(block).__name__,
@@ -53,25 +53,33 @@ def page_html(sections: Sequence[Section], *, title: str, name: str) -> str:
 
 def _scripts(blocks: Sequence[Block]) -> list[str]:
     """The page's own script, and the viewer's."""
-    scripts = [_file("page.js")]
+    scripts = [asset("page.js")]
     if any(isinstance(block, ModeViewer) for block in blocks):
-        scripts.append(_file("shapes.js"))
+        scripts.append(asset("shapes.js"))
     return scripts
 
 
-@cache
-def _plotly() -> str:
-    """The drawing library, compressed, which takes a third of its size."""
+def plotly_file() -> Path:
+    """Return the script of the drawing library, as its package brings it.
+
+    Raises ModuleNotFoundError: it is not installed.
+    """
     # the file itself: importing the package to find it takes longer than the page
     from importlib.util import find_spec
 
     spec = find_spec("plotly")
     if spec is None or spec.origin is None:
         raise ModuleNotFoundError("plotly is not installed, which draws the charts of a page")
-    file = Path(spec.origin).parent / "package_data" / "plotly.min.js"
-    packed = gzip.compress(file.read_bytes(), compresslevel=6, mtime=0)
+    return Path(spec.origin).parent / "package_data" / "plotly.min.js"
+
+
+@cache
+def _plotly() -> str:
+    """The drawing library, compressed, which takes a third of its size."""
+    packed = gzip.compress(plotly_file().read_bytes(), compresslevel=6, mtime=0)
     return base64.b64encode(packed).decode("ascii")
 
 
-def _file(name: str) -> str:
+def asset(name: str) -> str:
+    """Return the text of a script or style of the page."""
     return (_FOLDER / name).read_text(encoding="utf-8")

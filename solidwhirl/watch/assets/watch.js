@@ -1,0 +1,200 @@
+// Shows what comes over the connection, and sends the positions of the sliders.
+"use strict";
+(() => {
+  const at = (id) => document.getElementById(id);
+  const body = document.body;
+  const AGAIN_MS = [200, 400, 800, 1500];
+  const sliders = new Map(); // by name: what the server says, its inputs and its value
+  let socket = null, tries = 0, isNew = true, asksName = false, doing = "", picture = null;
+
+  function element(tag, properties = {}, ...inside) {
+    const made = Object.assign(document.createElement(tag), properties);
+    made.append(...inside);
+    return made;
+  }
+
+  // -- connection --
+  function connect() {
+    socket = new WebSocket(new URL("socket", location.href.replace(/^http/, "ws")));
+    socket.onopen = () => { tries = 0; isNew = true; body.classList.remove("lost"); showState(); };
+    socket.onmessage = (event) => take(JSON.parse(event.data));
+    socket.onclose = () => {
+      body.classList.add("lost");
+      showState();
+      setTimeout(connect, AGAIN_MS[Math.min(tries++, AGAIN_MS.length - 1)]);
+    };
+  }
+  function send(message) {
+    if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message));
+  }
+  const takers = { source, doing: takeDoing, scene, positions, drawing, problems, refused, picture: takePicture, written };
+  function take(message) { takers[message.kind]?.(message); }
+
+  function showState() {
+    const state = at("state"), lost = body.classList.contains("lost");
+    state.className = lost ? "lost" : doing ? "busy" : "";
+    const seconds = picture && picture.stage !== "moving" ? "" : picture ? `${(1e3 * picture.seconds).toFixed(0)} ms` : "";
+    state.textContent = lost ? "connection lost; trying again …" : doing || seconds || (picture ? "up to date" : "waiting …");
+    state.dataset.state = lost ? "lost" : doing ? "busy" : "ready";
+  }
+
+  // -- what the server says --
+  function source(message) {
+    asksName = message.asks_name;
+    at("file").textContent = message.file;
+    at("name").hidden = !asksName;
+    at("write").textContent = asksName ? "Write new file" : "Write to file";
+  }
+  function takeDoing(message) { doing = message.text; showState(); }
+  function scene(message) {
+    at("title").textContent = message.title;
+    document.title = `${message.title} – solidwhirl watch`;
+    const shape = JSON.stringify([message.sliders, message.fixed]);
+    if (at("sliders").dataset.shape !== shape) {
+      at("sliders").dataset.shape = shape;
+      build(message);
+    }
+    moveTo(message.positions);
+    at("remarks").replaceChildren(...message.remarks.map((text) => element("p", { className: "caption", textContent: text })));
+  }
+  // only a page that was not there, or has lost its connection, does not know them
+  function positions(message) { if (isNew) moveTo(message.positions); }
+  function drawing(message) { at("drawing").innerHTML = message.svg; }
+  function problems(message) {
+    body.classList.toggle("stale", message.problems.length > 0);
+    at("problems").replaceChildren(...message.problems.map(problem));
+  }
+  function refused(message) { at("refused").replaceChildren(...message.problems.map(problem)); }
+  function problem(one) {
+    const found = element("div", { className: "problem" });
+    if (one.place) found.append(element("span", { className: "place", textContent: one.place }));
+    found.append(one.text);
+    if (one.source) found.append(element("pre", { textContent: `${one.line} | ${one.source}` }));
+    return found;
+  }
+  function written(message) {
+    at("written").textContent = message.text;
+    at("written").className = message.done ? "" : "bad";
+  }
+  function takePicture(message) {
+    isNew = false;
+    picture = message;
+    at("verdict").replaceChildren(...message.verdict.map((one) => {
+      const line = element("p", { className: one.good === null ? "" : one.good ? "good" : "bad" });
+      line.append(element("span", { className: "about", textContent: one.about }));
+      line.insertAdjacentHTML("beforeend", one.text);
+      return line;
+    }));
+    const level = at("level");
+    level.textContent = message.preliminary ? `${message.level}, preliminary` : `level ${message.level}`;
+    if (message.stage === "waiting" && !message.preliminary) level.textContent += ", error bands follow";
+    level.classList.toggle("preliminary", message.preliminary);
+    at("critical-speeds").innerHTML = message.critical_speeds;
+    at("caption").innerHTML = message.caption;
+    drawChart();
+    // for who follows the page by a script
+    Object.assign(at("picture").dataset, { stage: message.stage, level: message.level,
+      preliminary: message.preliminary, positions: JSON.stringify(message.positions) });
+    showState();
+  }
+  function drawChart() {
+    if (!picture || !window.Plotly) return;
+    const host = at("campbell");
+    host.hidden = picture.chart === null;
+    if (picture.chart) window.solidwhirl.show(host, picture.chart, controls(host, picture.chart.controls));
+  }
+  // Boxes over the chart; those that are there keep what is chosen.
+  function controls(host, wanted) {
+    const box = at("campbell-controls");
+    const labels = JSON.stringify(wanted.map((control) => control.label));
+    if (box.dataset.labels !== labels) {
+      const chosen = new Map([...box.querySelectorAll("input")].map((i) => [i.name, i.checked]));
+      box.dataset.labels = labels;
+      box.replaceChildren(...wanted.map((control) => {
+        const input = element("input", { type: "checkbox", name: control.label, checked: chosen.get(control.label) ?? control.shown });
+        input.addEventListener("change", () => window.solidwhirl.redraw(host));
+        if (control.options) { // a list: its first entry stands
+          input.value = "0";
+          return element("label", { hidden: true }, input);
+        }
+        return element("label", {}, input, ` ${control.label}`);
+      }));
+    }
+    return [...box.querySelectorAll("input")];
+  }
+
+  // -- sliders --
+  const STEPS = 400;
+  function place(s, value) {
+    const part = s.is_log ? Math.log(value / s.low) / Math.log(s.high / s.low) : (value - s.low) / (s.high - s.low);
+    return Math.round(STEPS * Math.min(1, Math.max(0, Number.isFinite(part) ? part : 0)));
+  }
+  function valueAt(s, step) {
+    if (Number(step) === place(s, s.value)) return s.value;
+    const part = step / STEPS;
+    const value = s.is_log ? s.low * (s.high / s.low) ** part : s.low + part * (s.high - s.low);
+    return Number(value.toPrecision(4));
+  }
+  function shown(value) {
+    const size = Math.abs(value);
+    if (size !== 0 && (size >= 1e6 || size < 1e-3)) return String(value.toExponential()).replace("e+", "e");
+    return String(value);
+  }
+  function build(message) {
+    sliders.clear();
+    const groups = new Map();
+    const group = (name) => {
+      if (!groups.has(name)) groups.set(name, element("fieldset", { className: "group" }, element("legend", { textContent: name })));
+      return groups.get(name);
+    };
+    for (const s of message.sliders) {
+      const range = element("input", { type: "range", min: 0, max: STEPS, step: 1, id: `slider-${s.name}` });
+      const number = element("input", { type: "number", step: "any" });
+      range.dataset.name = number.dataset.name = s.name;
+      range.setAttribute("aria-label", `${s.group}, ${s.label}`);
+      number.setAttribute("aria-label", `${s.group}, ${s.label} as a number`);
+      const label = element("label", { htmlFor: range.id }, `${s.label} `, element("span", { className: "unit", textContent: `[${s.unit}]` }));
+      const row = element("div", { className: "slider" }, label, number, range);
+      const own = { ...s, range, number, row, now: s.value };
+      sliders.set(s.name, own);
+      range.addEventListener("input", () => set(own, valueAt(own, range.value)));
+      number.addEventListener("change", () => {
+        const value = Number(number.value);
+        set(own, number.value.trim() && Number.isFinite(value) ? value : own.now);
+      });
+      group(s.group).append(row);
+    }
+    for (const [name, text] of message.fixed) group(name).append(element("p", { textContent: text }));
+    at("sliders").replaceChildren(...groups.values());
+    if (!groups.size) at("sliders").append(element("p", { className: "caption", textContent: "This scene has no number to move." }));
+  }
+  function put(s, value) {
+    s.now = value;
+    s.number.value = shown(value);
+    s.range.value = place(s, value);
+    s.row.classList.toggle("moved", value !== s.value);
+  }
+  function set(s, value) {
+    put(s, value);
+    at("written").textContent = "";
+    showButtons();
+    sendPositions();
+  }
+  function moveTo(found) {
+    for (const s of sliders.values()) put(s, found[s.name] ?? s.value);
+    showButtons();
+  }
+  function moved() {
+    return Object.fromEntries([...sliders.values()].filter((s) => s.now !== s.value).map((s) => [s.name, s.now]));
+  }
+  function showButtons() {
+    const none = Object.keys(moved()).length === 0;
+    at("write").disabled = at("reset").disabled = none;
+  }
+  function sendPositions() { send({ do: "move", positions: moved() }); }
+
+  at("reset").addEventListener("click", () => { moveTo({}); at("written").textContent = ""; sendPositions(); });
+  at("write").addEventListener("click", () => send({ do: "write", name: at("name").value }));
+  at("library-script").addEventListener("load", drawChart);
+  window.addEventListener("DOMContentLoaded", connect);
+})();
