@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 import sys
 import tempfile
 import webbrowser
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -21,7 +19,9 @@ from solidwhirl.console.guard import guarded
 from solidwhirl.core.errors import SceneError
 
 if TYPE_CHECKING:
-    from solidwhirl.watch.session import Source
+    from solidwhirl.watch.session import Session
+
+    Opener = Callable[[Callable[[str], None]], Session]
 
 EXAMPLES = options.examples(
     "solidwhirl watch scenes/ferraris.toml",
@@ -63,8 +63,8 @@ def watch(asked: WatchOptions) -> None:
     """
 
     def work() -> None:
-        with _source(asked) as source:
-            is_ended = _served(source, asked)
+        with tempfile.TemporaryDirectory(prefix="solidwhirl-watch-") as scratch:
+            is_ended = _served(asked, _opener(asked, asked.store or Path(scratch)))
         if not is_ended:  # a library computes, and would be torn down at its work
             sys.stdout.flush()
             os._exit(0)
@@ -72,11 +72,11 @@ def watch(asked: WatchOptions) -> None:
     guarded(asked.scene, work)
 
 
-def _served(source: Source, asked: WatchOptions) -> bool:
+def _served(asked: WatchOptions, opened: Opener) -> bool:
     """Serve until Ctrl-C; whether all that computes has ended then."""
     from solidwhirl.watch.server import Server
 
-    server = Server(source, asked.port)
+    server = Server(opened, asked.port)
 
     def ready() -> None:
         typer.echo(server.address)
@@ -93,22 +93,24 @@ def _served(source: Source, asked: WatchOptions) -> bool:
     return server.end_work()
 
 
-@contextmanager
-def _source(asked: WatchOptions) -> Iterator[Source]:
-    """What is watched."""
+def _opener(asked: WatchOptions, store: Path) -> Opener:
+    """What makes the session when the page is served.
+
+    Raises UserError: there is no such file, or the folder is none of a run.
+    """
     if asked.scene.is_dir():
         from solidwhirl.watch.saved_run import read_run
 
-        yield read_run(asked.scene)
-        return
-    if not asked.scene.is_file():
+        run = read_run(asked.scene)
+    elif not asked.scene.is_file():
         raise SceneError(asked.scene, ["there is no such file or folder"])
-    from solidwhirl.pipeline.cached_stages import open_store
-    from solidwhirl.watch.scene_file import SceneFile
 
-    with contextlib.ExitStack() as stack:
-        folder = asked.store
-        if folder is None:
-            made = tempfile.TemporaryDirectory(prefix="solidwhirl-watch-")
-            folder = Path(stack.enter_context(made))
-        yield SceneFile(asked.scene, open_store(folder))
+    def opened(tell: Callable[[str], None]) -> Session:
+        from solidwhirl.watch.scene_file import SceneFile
+        from solidwhirl.watch.session import Session
+
+        if asked.scene.is_dir():
+            return Session(run, tell)
+        return Session(SceneFile(asked.scene, store), tell)
+
+    return opened

@@ -30,7 +30,7 @@ from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.operating import operating_speeds
 
 # Speeds of a diagram while a slider moves, and height of the diagram in pixels.
-_FEW, _HIGH = 11, 460
+_FEW, _HIGH = 9, 460
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 from pathlib import Path
 
-from solidwhirl.page.frame.build import asset
+from solidwhirl.page.frame.assets import asset
 
 _FOLDER = Path(__file__).with_name("assets")
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from solidwhirl.beams.scene_bodies import BeamBodies
 from solidwhirl.bodies.reduction import Clock
+from solidwhirl.cache.files import MemoryStore
 from solidwhirl.core.errors import KeyPath, SceneError, UserError
 from solidwhirl.core.stages import silent
 from solidwhirl.cost.forecast import forecast
@@ -26,8 +27,7 @@ from solidwhirl.rotordyn import read_superelement
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_reading.paths import with_entries
 from solidwhirl.scene_reading.reader import parse_scene, scene_hash
-from solidwhirl.watch.scene_file import remarks_on
-from solidwhirl.watch.session import Session, Shown
+from solidwhirl.watch.session import RESTS, Session, Shown, remarks_on
 
 _ANEW = "run the scene again"
 
@@ -125,7 +125,7 @@ def _reduced(folder: Path, scene: Scene, document: Mapping[str, Any]) -> Reduced
         plan=plan,
         comm=None,
         clock=Clock(),
-        stage_cache=StageCache(store=None, progress=silent),
+        stage_cache=StageCache(store=MemoryStore(most=RESTS), progress=silent),
     )
     return ReducedScene(
         reduced=Reduced(

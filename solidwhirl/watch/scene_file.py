@@ -6,21 +6,21 @@ import contextlib
 import shutil
 import threading
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from solidwhirl.cache.files import StageStore
+from solidwhirl.cache.files import MemoryStore, StageStore
 from solidwhirl.core.errors import USER_ERRORS, KeyPath, SceneError, UserError
-from solidwhirl.core.stages import Stage
+from solidwhirl.core.stages import Stage, silent
+from solidwhirl.pipeline.cached_stages import StageCache
 from solidwhirl.reduced_scene import ReducedScene, reduce_scene
 from solidwhirl.rotordyn.core.atomic import replacing
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_reading.reader import parse_scene, parse_toml, read_bytes
 from solidwhirl.scene_reading.toml_numbers import with_numbers
-from solidwhirl.watch.diagram import is_asymmetric
 from solidwhirl.watch.newest import Newest
-from solidwhirl.watch.session import Session, Shown
+from solidwhirl.watch.session import RESTS, Session, Shown, remarks_on
 
 # How often the file is looked at. What is wrong in it is shown if it stays as long: it may be half
 # written.
@@ -43,17 +43,18 @@ class _Read:
 class SceneFile:
     """A file that is read again whenever it is saved.
 
-    `store`: where completed stages are kept.
+    `store`: folder where completed stages are kept.
     """
 
     writes_new_file = False
 
-    def __init__(self, path: Path, store: StageStore) -> None:
+    def __init__(self, path: Path, store: Path) -> None:
         self.path = path
-        self._store = store
+        self._store = StageStore(store)
         self._reader = Newest(self._take, "bodies")
         self._follower = threading.Thread(target=self._follow, name="file", daemon=True)
         self._ended = threading.Event()
+        self._rests = MemoryStore(most=RESTS)
         self._last: _Read | None = None  # that is shown
         self._reduced: ReducedScene | None = None  # on the level of its scene
 
@@ -134,6 +135,10 @@ class SceneFile:
         self._put(read, reduce_scene(read.scene, progress=self._progress, store=self._store))
 
     def _put(self, read: _Read, reduced: ReducedScene, *, preliminary: bool = False) -> None:
+        # from here on sliders ask, not this thread
+        cache = StageCache(store=self._rests, progress=silent)
+        job = replace(reduced.reduced.job, stage_cache=cache)
+        reduced = ReducedScene(reduced=replace(reduced.reduced, job=job))
         levels = ", ".join(dict.fromkeys(e.level for e in reduced.reduced.elements.values()))
         self._last = read
         if not preliminary:
@@ -161,21 +166,3 @@ def _as_beams(scene: Scene) -> Scene | None:
         return None
     model = scene.model.model_copy(update={"level": "beam", "estimates": "off"})
     return scene.model_copy(update={"model": model})
-
-
-def remarks_on(reduced: ReducedScene) -> tuple[str, ...]:
-    """Return what the page does not show of a scene, or slower, and why."""
-    scene, found = reduced.scene, []
-    if is_asymmetric(reduced):
-        found.append(
-            "A body bends unlike in two planes: the picture follows when the sliders rest, and has "
-            "no error bands."
-        )
-    elif scene.model.estimates == "off":
-        found.append("No error bands: error estimates are off.")
-    if scene.analyses:
-        kinds = ", ".join(dict.fromkeys(a.kind for a in scene.analyses))
-        found.append(f"Not shown here: analyses ({kinds}); a run computes them.")
-    if not scene.bearings:
-        found.append("There is no bearing to move.")
-    return tuple(found)

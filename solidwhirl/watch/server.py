@@ -7,18 +7,21 @@ import contextlib
 import hmac
 import json
 import secrets
+import socket
+import threading
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from tornado.httpserver import HTTPServer
-from tornado.netutil import bind_sockets
 from tornado.web import Application, HTTPError, RequestHandler
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from solidwhirl.core.errors import OutputError
-from solidwhirl.page.frame.build import plotly_file
+from solidwhirl.page.frame.assets import plotly_file
 from solidwhirl.watch.page import watch_page
-from solidwhirl.watch.session import Session, Source
+
+if TYPE_CHECKING:
+    from solidwhirl.watch.session import Session
 
 _ADDRESS = "127.0.0.1"
 # Largest message of the page: some hundred sliders have a hundredth of it.
@@ -30,19 +33,36 @@ _PING_S = 5.0
 class Server:
     """Serves the page of a scene on this machine.
 
-    `port`: 0 for any that is free. `token`: what addresses have to begin with; a random one if not
-    given. Raises OutputError: the port can't be had.
+    Parameters
+    ----------
+    opened
+        Makes the session, told where messages to the page go; called in a thread when the page is
+        served already, for what it loads takes seconds.
+    port
+        0 for any that is free.
+    token
+        What addresses have to begin with; a random one if not given.
+
+    Raises
+    ------
+    OutputError
+        The port can't be had.
     """
 
-    def __init__(self, source: Source, port: int = 0, token: str = "") -> None:
+    def __init__(
+        self, opened: Callable[[Callable[[str], None]], Session], port: int = 0, token: str = ""
+    ) -> None:
         self.token = token or secrets.token_urlsafe(24)
         try:
-            self._sockets = bind_sockets(port, _ADDRESS)
+            self._socket = socket.create_server((_ADDRESS, port))
         except OSError as error:
             raise OutputError(f"--port {port}: can not be had: {error.strerror}") from error
-        self.port: int = self._sockets[0].getsockname()[1]
-        self._session = Session(source, self._tell)
-        self._pages: set[_Socket] = set()
+        self._socket.setblocking(False)
+        self.port: int = self._socket.getsockname()[1]
+        self._opened = opened
+        self.session: Session | None = None
+        self.pages: set[_Socket] = set()
+        self._failure: BaseException | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
         self._ended: asyncio.Event | None = None
 
@@ -54,9 +74,11 @@ class Server:
     def run(self, ready: Callable[[], None] = lambda: None) -> None:
         """Serve until `stop`, or until an exception such as an interrupt ends it.
 
-        `ready`: called when the page can be opened.
+        `ready`: called when the page can be opened. Raises what making the session raises.
         """
         asyncio.run(self._serve(ready))
+        if self._failure is not None:
+            raise self._failure
 
     def stop(self) -> None:
         """End `run`, from any thread."""
@@ -66,11 +88,11 @@ class Server:
 
     def end_work(self) -> bool:
         """End all that computes; whether it ended within seconds."""
-        return self._session.end()
+        return self.session is None or self.session.end()
 
     async def _serve(self, ready: Callable[[], None]) -> None:
         self._loop, self._ended = asyncio.get_running_loop(), asyncio.Event()
-        known = {"guard": self, "session": self._session, "pages": self._pages}
+        known = {"server": self}
         application = Application(
             [(r"/[^/]*/", _Page, known), (r"/[^/]*/plotly\.js", _Library, known),
              (r"/[^/]*/socket", _Socket, known)],
@@ -81,16 +103,25 @@ class Server:
             log_function=lambda handler: None,
         )  # fmt: skip
         http = HTTPServer(application, max_body_size=_LARGEST_BYTES)
-        http.add_sockets(self._sockets)
+        http.add_socket(self._socket)
         try:
             ready()
-            self._session.start()
+            threading.Thread(target=self._open, name="session", daemon=True).start()
             await self._ended.wait()
         finally:
             http.stop()
-            for page in list(self._pages):
+            for page in list(self.pages):
                 page.close()
             await http.close_all_connections()
+
+    def _open(self) -> None:
+        """Begin to show the scene; where that can't be, the server ends."""
+        try:
+            self.session = self._opened(self._tell)
+            self.session.start()
+        except BaseException as error:
+            self._failure = error
+            self.stop()
 
     def _tell(self, text: str) -> None:
         """Send a message to all pages, from any thread."""
@@ -99,7 +130,7 @@ class Server:
                 self._loop.call_soon_threadsafe(self._send, text)
 
     def _send(self, text: str) -> None:
-        for page in list(self._pages):
+        for page in list(self.pages):
             page.send(text)
 
     def refuses(self, handler: RequestHandler) -> bool:
@@ -122,11 +153,11 @@ class Server:
 class _Guarded(RequestHandler):
     """Refuses all requests but those of the own page."""
 
-    def initialize(self, guard: Server, session: Session, pages: set[Any]) -> None:
-        self.guard, self.session, self.pages = guard, session, pages
+    def initialize(self, server: Server) -> None:
+        self.server = server
 
     def prepare(self) -> None:
-        if self.guard.refuses(self):
+        if self.server.refuses(self):
             raise HTTPError(403)
 
     def set_default_headers(self) -> None:
@@ -167,11 +198,12 @@ class _Socket(_Guarded, WebSocketHandler):
     """The connection to an open page."""
 
     def check_origin(self, origin: str) -> bool:
-        return origin == f"http://{_ADDRESS}:{self.guard.port}"
+        return origin == f"http://{_ADDRESS}:{self.server.port}"
 
     def open(self, *arguments: str, **named: str) -> None:
-        self.pages.add(self)
-        for text in self.session.messages():
+        self.set_nodelay(True)  # else a picture waits for the answer to what was sent before it
+        self.server.pages.add(self)
+        for text in self.server.session.messages() if self.server.session else ():
             self.send(text)
 
     def send(self, text: str) -> None:
@@ -180,14 +212,17 @@ class _Socket(_Guarded, WebSocketHandler):
             self.write_message(text)
 
     def on_message(self, message: str | bytes) -> None:
+        session = self.server.session
+        if session is None:
+            return
         match _asked(message):
             case {"do": "move", "positions": dict() as positions}:
-                self.session.move(positions)
+                session.move(positions)
             case {"do": "write", "name": str() as name}:
-                self.session.write(name)
+                session.write(name)
 
     def on_close(self) -> None:
-        self.pages.discard(self)
+        self.server.pages.discard(self)
 
 
 def _asked(message: str | bytes) -> Any:

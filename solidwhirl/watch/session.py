@@ -27,6 +27,8 @@ from solidwhirl.watch.diagram import (
 from solidwhirl.watch.newest import Newest
 from solidwhirl.watch.sliders import Controls, controls_of, scene_at
 
+#: What is kept in memory of places where sliders rested
+RESTS = 100
 # A slider that has not moved for this long rests.
 _REST_S = 0.3
 _ENDING_S = 3.0
@@ -48,7 +50,7 @@ class Shown:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Wanted:
-    """A picture to compute: the bodies, positions of sliders, and whether one moves."""
+    """A picture to compute: bodies, positions of sliders, and whether a quick one comes first."""
 
     shown: Shown
     positions: Mapping[str, float]
@@ -128,8 +130,11 @@ class Session:
             if before is None or before.data != shown.data:
                 self._positions = {}
             self._controls = controls_of(shown.data)
-            wanted = _Wanted(shown=shown, positions=dict(self._positions), is_moving=False)
-        self._say_controls()
+            wanted = _Wanted(
+                shown=shown, positions=dict(self._positions), is_moving=shown.is_preliminary
+            )
+            scene = self._messages["scene"] = self._scene_message()
+        self._tell(scene)
         self._say("drawing", svg=drawing_of(shown.reduced))
         self._say("problems", problems=[])
         self._pictures.ask(wanted)
@@ -153,10 +158,10 @@ class Session:
             self._positions = {
                 name: float(value)
                 for name, value in positions.items()
-                if name in known and isinstance(value, int | float) and math.isfinite(value)
+                if name in known and isinstance(value, int | float) and abs(value) < math.inf
             }
             wanted = _Wanted(shown=self._shown, positions=dict(self._positions), is_moving=True)
-            self._keep("positions", positions=self._positions)
+            self._messages["scene"] = self._scene_message()  # of pages that come later
         self._pictures.ask(wanted)
 
     def write(self, name: str) -> None:
@@ -175,14 +180,16 @@ class Session:
 
     def _draw(self, wanted: _Wanted) -> None:
         """Compute a picture: at once a quick one, the whole one as soon as nothing moves."""
+        is_slow = is_asymmetric(wanted.shown.reduced)
         try:
             started = time.perf_counter()
             reduced = self._at(wanted)
-            is_slow = is_asymmetric(reduced)
             if wanted.is_moving and not is_slow:
                 self._say_picture(wanted, quick_diagram(reduced), "moving", started)
             if wanted.is_moving and self._pictures.is_outdated(_REST_S):
                 return
+            if is_slow:
+                self.say_doing("diagrams in two frames")
             started = time.perf_counter()
             diagram = diagram_of(reduced)
             is_estimated = reduced.scene.model.estimates == "on" and not is_slow
@@ -191,6 +198,9 @@ class Session:
                 self._errors.ask(_Rested(wanted=wanted, reduced=reduced, diagram=diagram))
         except Exception as error:
             self._say("refused", problems=_problems(self._source.path, error))
+        finally:
+            if is_slow:
+                self.say_doing("")
 
     def _estimate(self, rested: _Rested) -> None:
         try:
@@ -212,26 +222,20 @@ class Session:
             return reduced
         return reduced.in_scene(scene_at(reduced.scene, wanted.shown.data, numbers))
 
-    def _say_controls(self) -> None:
-        with self._lock:
-            shown, controls = self._shown, self._controls
-            self._keep("positions", positions=self._positions)
-            positions = dict(self._positions)
-        assert shown is not None
-        scene = shown.reduced.scene
-        self._say(
+    def _scene_message(self) -> str:
+        """What the page knows of the scene and its sliders, where they are now; with the lock."""
+        assert self._shown is not None
+        scene, controls = self._shown.reduced.scene, self._controls
+        return _text(
             "scene",
-            name=scene.name,
-            title=scene.title or scene.name,
-            remarks=shown.remarks,
-            sliders=[
-                {"name": s.name, "group": s.group, "label": s.label, "unit": s.unit,
-                 "value": s.value, "low": s.low, "high": s.high, "is_log": s.is_log}
-                for s in controls.sliders
-            ],
-            fixed=controls.fixed,
-            positions=positions,
-        )  # fmt: skip
+            {
+                "title": scene.title or scene.name,
+                "remarks": self._shown.remarks,
+                "sliders": [slider.document() for slider in controls.sliders],
+                "fixed": controls.fixed,
+                "positions": self._positions,
+            },
+        )
 
     def _say_picture(self, wanted: _Wanted, diagram: Diagram, stage: str, started: float) -> None:
         content = diagram_content(diagram)
@@ -254,9 +258,23 @@ class Session:
                 self._messages[kind] = text
         self._tell(text)
 
-    def _keep(self, kind: str, **content: Any) -> None:
-        """Keep for pages that come later what those that are there know; called with the lock."""
-        self._messages[kind] = _text(kind, content)
+
+def remarks_on(reduced: ReducedScene) -> tuple[str, ...]:
+    """Return what the page does not show of a scene, or slower, and why."""
+    scene, found = reduced.scene, []
+    if is_asymmetric(reduced):
+        found.append(
+            "A body bends unlike in two planes: the picture follows when the sliders rest, and has "
+            "no error bands."
+        )
+    elif scene.model.estimates == "off":
+        found.append("No error bands: error estimates are off.")
+    if scene.analyses:
+        kinds = ", ".join(dict.fromkeys(a.kind for a in scene.analyses))
+        found.append(f"Not shown here: analyses ({kinds}); a run computes them.")
+    if not scene.bearings:
+        found.append("There is no bearing to move.")
+    return tuple(found)
 
 
 def _text(kind: str, content: Mapping[str, Any]) -> str:

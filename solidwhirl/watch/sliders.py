@@ -44,6 +44,11 @@ class Slider:
         """Name by which the page asks for it."""
         return ".".join(map(str, self.paths[0]))
 
+    def document(self) -> dict[str, Any]:
+        """Return what the page knows of it."""
+        keys = ("name", "group", "label", "unit", "value", "low", "high", "is_log")
+        return {key: getattr(self, key) for key in keys}
+
 
 @dataclass(frozen=True, kw_only=True)
 class Controls:

@@ -6,12 +6,10 @@ import base64
 import gzip
 from collections.abc import Sequence
 from functools import cache
-from pathlib import Path
 
 from solidwhirl.page.frame import render
+from solidwhirl.page.frame.assets import FOLDER, asset, plotly_file
 from solidwhirl.page.frame.records import Block, Chart, ModeViewer, Section
-
-_FOLDER = Path(__file__).parents[1] / "assets"
 
 
 def page_html(sections: Sequence[Section], *, title: str, name: str) -> str:
@@ -27,7 +25,7 @@ def page_html(sections: Sequence[Section], *, title: str, name: str) -> str:
     if twice := sorted({name for name in names if names.count(name) > 1}):
         raise ValueError(f"sections or charts with the same name: {', '.join(twice)}")
     environment = Environment(
-        loader=FileSystemLoader(_FOLDER),
+        loader=FileSystemLoader(FOLDER),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
@@ -59,27 +57,8 @@ def _scripts(blocks: Sequence[Block]) -> list[str]:
     return scripts
 
 
-def plotly_file() -> Path:
-    """Return the script of the drawing library, as its package brings it.
-
-    Raises ModuleNotFoundError: it is not installed.
-    """
-    # the file itself: importing the package to find it takes longer than the page
-    from importlib.util import find_spec
-
-    spec = find_spec("plotly")
-    if spec is None or spec.origin is None:
-        raise ModuleNotFoundError("plotly is not installed, which draws the charts of a page")
-    return Path(spec.origin).parent / "package_data" / "plotly.min.js"
-
-
 @cache
 def _plotly() -> str:
     """The drawing library, compressed, which takes a third of its size."""
     packed = gzip.compress(plotly_file().read_bytes(), compresslevel=6, mtime=0)
     return base64.b64encode(packed).decode("ascii")
-
-
-def asset(name: str) -> str:
-    """Return the text of a script or style of the page."""
-    return (_FOLDER / name).read_text(encoding="utf-8")

@@ -5,7 +5,7 @@
   const body = document.body;
   const AGAIN_MS = [200, 400, 800, 1500];
   const sliders = new Map(); // by name: what the server says, its inputs and its value
-  let socket = null, tries = 0, isNew = true, asksName = false, doing = "", picture = null;
+  let socket = null, tries = 0, doing = "", picture = null;
 
   function element(tag, properties = {}, ...inside) {
     const made = Object.assign(document.createElement(tag), properties);
@@ -16,7 +16,7 @@
   // -- connection --
   function connect() {
     socket = new WebSocket(new URL("socket", location.href.replace(/^http/, "ws")));
-    socket.onopen = () => { tries = 0; isNew = true; body.classList.remove("lost"); showState(); };
+    socket.onopen = () => { tries = 0; body.classList.remove("lost"); showState(); };
     socket.onmessage = (event) => take(JSON.parse(event.data));
     socket.onclose = () => {
       body.classList.add("lost");
@@ -27,7 +27,7 @@
   function send(message) {
     if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message));
   }
-  const takers = { source, doing: takeDoing, scene, positions, drawing, problems, refused, picture: takePicture, written };
+  const takers = { source, doing: takeDoing, scene, drawing, problems, refused, picture: takePicture, written };
   function take(message) { takers[message.kind]?.(message); }
 
   function showState() {
@@ -40,10 +40,9 @@
 
   // -- what the server says --
   function source(message) {
-    asksName = message.asks_name;
     at("file").textContent = message.file;
-    at("name").hidden = !asksName;
-    at("write").textContent = asksName ? "Write new file" : "Write to file";
+    at("name").hidden = !message.asks_name;
+    at("write").textContent = message.asks_name ? "Write new file" : "Write to file";
   }
   function takeDoing(message) { doing = message.text; showState(); }
   function scene(message) {
@@ -57,8 +56,6 @@
     moveTo(message.positions);
     at("remarks").replaceChildren(...message.remarks.map((text) => element("p", { className: "caption", textContent: text })));
   }
-  // only a page that was not there, or has lost its connection, does not know them
-  function positions(message) { if (isNew) moveTo(message.positions); }
   function drawing(message) { at("drawing").innerHTML = message.svg; }
   function problems(message) {
     body.classList.toggle("stale", message.problems.length > 0);
@@ -67,7 +64,7 @@
   function refused(message) { at("refused").replaceChildren(...message.problems.map(problem)); }
   function problem(one) {
     const found = element("div", { className: "problem" });
-    if (one.place) found.append(element("span", { className: "place", textContent: one.place }));
+    if (one.place) found.append(element("span", { className: "place", textContent: one.place }), " ");
     found.append(one.text);
     if (one.source) found.append(element("pre", { textContent: `${one.line} | ${one.source}` }));
     return found;
@@ -77,7 +74,6 @@
     at("written").className = message.done ? "" : "bad";
   }
   function takePicture(message) {
-    isNew = false;
     picture = message;
     at("verdict").replaceChildren(...message.verdict.map((one) => {
       const line = element("p", { className: one.good === null ? "" : one.good ? "good" : "bad" });
@@ -108,19 +104,19 @@
     const box = at("campbell-controls");
     const labels = JSON.stringify(wanted.map((control) => control.label));
     if (box.dataset.labels !== labels) {
-      const chosen = new Map([...box.querySelectorAll("input")].map((i) => [i.name, i.checked]));
+      const before = new Map([...box.querySelectorAll("[name]")].map((i) => [i.name, i]));
       box.dataset.labels = labels;
       box.replaceChildren(...wanted.map((control) => {
-        const input = element("input", { type: "checkbox", name: control.label, checked: chosen.get(control.label) ?? control.shown });
-        input.addEventListener("change", () => window.solidwhirl.redraw(host));
-        if (control.options) { // a list: its first entry stands
-          input.value = "0";
-          return element("label", { hidden: true }, input);
+        const name = control.label, old = before.get(name), redraw = () => window.solidwhirl.redraw(host);
+        if (control.options) {
+          const list = element("select", { name, onchange: redraw }, ...control.options.map((option, k) => element("option", { value: k, textContent: option.label })));
+          if (old) list.value = old.value;
+          return element("label", {}, `${name} `, list);
         }
-        return element("label", {}, input, ` ${control.label}`);
+        return element("label", {}, element("input", { type: "checkbox", name, onchange: redraw, checked: old ? old.checked : control.shown }), ` ${name}`);
       }));
     }
-    return [...box.querySelectorAll("input")];
+    return [...box.querySelectorAll("[name]")];
   }
 
   // -- sliders --
