@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import sys
 import tempfile
-import webbrowser
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -82,6 +81,8 @@ def _served(asked: WatchOptions, opened: Opener) -> bool:
         typer.echo(server.address)
         typer.echo(f"follows {asked.scene}; Ctrl-C ends it", err=True)
         if asked.opened:
+            import webbrowser
+
             webbrowser.open(server.address)
 
     try:

@@ -31,16 +31,19 @@
   function take(message) { takers[message.kind]?.(message); }
 
   function showState() {
-    const state = at("state"), lost = body.classList.contains("lost");
-    state.className = lost ? "lost" : doing ? "busy" : "";
-    const seconds = picture && picture.stage !== "moving" ? "" : picture ? `${(1e3 * picture.seconds).toFixed(0)} ms` : "";
-    state.textContent = lost ? "connection lost; trying again …" : doing || seconds || (picture ? "up to date" : "waiting …");
-    state.dataset.state = lost ? "lost" : doing ? "busy" : "ready";
+    const state = at("state"), has = (name) => body.classList.contains(name);
+    state.className = has("lost") ? "lost" : doing ? "busy" : "";
+    if (has("lost")) state.textContent = "connection lost; trying again …";
+    else if (doing) state.textContent = doing;
+    else if (has("stale")) state.textContent = "the file can not be used";
+    else if (!picture) state.textContent = "loading …";
+    else state.textContent = picture.stage === "moving" ? `${(1e3 * picture.seconds).toFixed(0)} ms` : "up to date";
   }
 
   // -- what the server says --
   function source(message) {
     at("file").textContent = message.file;
+    if (!picture) at("title").textContent = message.file.split("/").pop();
     at("name").hidden = !message.asks_name;
     at("write").textContent = message.asks_name ? "Write new file" : "Write to file";
   }
@@ -56,10 +59,14 @@
     moveTo(message.positions);
     at("remarks").replaceChildren(...message.remarks.map((text) => element("p", { className: "caption", textContent: text })));
   }
-  function drawing(message) { at("drawing").innerHTML = message.svg; }
+  function drawing(message) {
+    at("picture").hidden = false;
+    at("drawing").innerHTML = message.svg;
+  }
   function problems(message) {
     body.classList.toggle("stale", message.problems.length > 0);
     at("problems").replaceChildren(...message.problems.map(problem));
+    showState();
   }
   function refused(message) { at("refused").replaceChildren(...message.problems.map(problem)); }
   function problem(one) {
@@ -75,6 +82,7 @@
   }
   function takePicture(message) {
     picture = message;
+    at("picture").hidden = false;
     at("verdict").replaceChildren(...message.verdict.map((one) => {
       const line = element("p", { className: one.good === null ? "" : one.good ? "good" : "bad" });
       line.append(element("span", { className: "about", textContent: one.about }));
