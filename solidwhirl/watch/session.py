@@ -31,6 +31,8 @@ from solidwhirl.watch.sliders import Controls, controls_of, scene_at
 RESTS = 100
 # A slider that has not moved for this long rests.
 _REST_S = 0.3
+# Bodies whose picture takes longer are shown only when sliders rest.
+_SLOW_S = 2.0
 _ENDING_S = 3.0
 
 
@@ -50,7 +52,7 @@ class Shown:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Wanted:
-    """A picture to compute: bodies, positions of sliders, and whether a quick one comes first."""
+    """A picture to compute: the bodies, positions of sliders, and whether one moves."""
 
     shown: Shown
     positions: Mapping[str, float]
@@ -101,6 +103,7 @@ class Session:
         self._shown: Shown | None = None
         self._controls = Controls(sliders=(), fixed=())
         self._positions: dict[str, float] = {}
+        self._slow: Shown | None = None  # of which a picture takes long
         self._pictures = Newest(self._draw, "pictures")
         self._errors = Newest(self._estimate, "error bands")
 
@@ -130,9 +133,7 @@ class Session:
             if before is None or before.data != shown.data:
                 self._positions = {}
             self._controls = controls_of(shown.data)
-            wanted = _Wanted(
-                shown=shown, positions=dict(self._positions), is_moving=shown.is_preliminary
-            )
+            wanted = _Wanted(shown=shown, positions=dict(self._positions), is_moving=False)
             scene = self._messages["scene"] = self._scene_message()
         self._tell(scene)
         self._say("drawing", svg=drawing_of(shown.reduced))
@@ -180,27 +181,28 @@ class Session:
 
     def _draw(self, wanted: _Wanted) -> None:
         """Compute a picture: at once a quick one, the whole one as soon as nothing moves."""
-        is_slow = is_asymmetric(wanted.shown.reduced)
         try:
             started = time.perf_counter()
             reduced = self._at(wanted)
+            is_even = not is_asymmetric(reduced)
+            is_slow = not is_even or self._slow is wanted.shown
             if wanted.is_moving and not is_slow:
                 self._say_picture(wanted, quick_diagram(reduced), "moving", started)
             if wanted.is_moving and self._pictures.is_outdated(_REST_S):
                 return
             if is_slow:
-                self.say_doing("diagrams in two frames")
+                self.say_doing("Campbell diagram")
             started = time.perf_counter()
             diagram = diagram_of(reduced)
-            is_estimated = reduced.scene.model.estimates == "on" and not is_slow
+            is_estimated = reduced.scene.model.estimates == "on" and is_even
             self._say_picture(wanted, diagram, "waiting" if is_estimated else "whole", started)
+            if is_slow:
+                self.say_doing("")
             if is_estimated:
                 self._errors.ask(_Rested(wanted=wanted, reduced=reduced, diagram=diagram))
         except Exception as error:
+            self.say_doing("")
             self._say("refused", problems=_problems(self._source.path, error))
-        finally:
-            if is_slow:
-                self.say_doing("")
 
     def _estimate(self, rested: _Rested) -> None:
         try:
@@ -239,6 +241,9 @@ class Session:
 
     def _say_picture(self, wanted: _Wanted, diagram: Diagram, stage: str, started: float) -> None:
         content = diagram_content(diagram)
+        seconds = time.perf_counter() - started
+        if seconds > _SLOW_S and not diagram.estimates:
+            self._slow = wanted.shown
         self._say("refused", problems=[])
         self._say(
             "picture",
@@ -246,7 +251,7 @@ class Session:
             level=wanted.shown.level,
             preliminary=wanted.shown.is_preliminary,
             positions=dict(wanted.positions),
-            seconds=round(time.perf_counter() - started, 3),
+            seconds=round(seconds, 3),
             **content,
         )
 

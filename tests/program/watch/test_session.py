@@ -185,6 +185,15 @@ def test_positions_that_can_not_be_are_told_and_the_next_are_shown(watched, scen
     assert told.wait("refused")["problems"] == []
 
 
+def test_pictures_that_take_long_follow_when_sliders_rest(watched, scene_path, monkeypatch):
+    monkeypatch.setattr("solidwhirl.watch.session._SLOW_S", 0.0)
+    session, told = watched(scene_path)
+    told.wait("picture", _whole)
+    session.move({STIFFNESS: 4e6})
+    assert told.wait("picture")["stage"] == "waiting"
+    assert told.wait("picture")["stage"] == "whole"
+
+
 @pytest.mark.solver
 def test_beams_come_before_the_bodies_of_the_scene_then_error_bands(watched, tmp_path, root):
     path = tmp_path / "ferraris.toml"
