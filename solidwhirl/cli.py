@@ -36,6 +36,7 @@ _COMMANDS = {
     "batch": _Place("batches", "batch"),
     "batch-pictures": _Place("batches", "batch_pictures", "PICTURES_EXAMPLES"),
     "pictures": _Place("pictures", "pictures"),
+    "watch": _Place("watch", "watch"),
     "geometry": _Place("geometry", "geometry"),
     "export": _Place("files", "export", "EXPORT_EXAMPLES"),
     "formats": _Place("files", "formats", "FORMATS_EXAMPLES"),

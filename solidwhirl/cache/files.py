@@ -12,6 +12,7 @@ import hmac
 import os
 import platform
 import shutil
+import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Set
 from contextlib import contextmanager
@@ -183,19 +184,31 @@ class FreshStore(StageStore):
 
 
 class MemoryStore(StageStore):
-    """A store in the memory of one process."""
+    """A store in the memory of one process.
 
-    def __init__(self) -> None:
+    `most`: entries that stay, those that were used last; None: all.
+    """
+
+    def __init__(self, most: int | None = None) -> None:
         super().__init__("")
         self._values: dict[str, Any] = {}
+        self._most = most
+        self._lock = threading.Lock()
 
     def find(self, key: str, note: Note) -> Any | None:
         """Return what is kept under a key, or None."""
-        return self._values.get(key)
+        with self._lock:
+            found = self._values.pop(key, None)
+            if found is not None:
+                self._values[key] = found  # the last one now
+        return found
 
     def keep(self, key: str, stage: str, value: Any, note: Note) -> None:
         """Keep a result, which nobody changes."""
-        self._values[key] = value
+        with self._lock:
+            self._values[key] = value
+            while self._most is not None and len(self._values) > self._most:
+                del self._values[next(iter(self._values))]
 
     @contextmanager
     def alone(self, key: str, note: Note) -> Iterator[None]:

@@ -36,6 +36,7 @@ _OPTIONAL = {
     "imageio": "animations",
     "imageio-ffmpeg": "animations as MP4",
     "xarray": "results as labelled arrays",
+    "tornado": "pages that follow a scene file",
 }
 _WITHOUT_METADATA = ("h5py", "matplotlib", "numpy", "plotly", "pydantic", "rich", "scipy", "typer")
 # Shared libraries that gmsh's and VTK's wheels ask the system for.

@@ -28,7 +28,17 @@ _GOES_ON = "; the same command goes on from what is done"
 _INSTALLED = frozenset(
     {
         *("dolfinx", "ufl", "ffcx", "basix", "petsc4py", "slepc4py", "mpi4py", "gmsh", "meshio"),
-        *("matplotlib", "plotly", "jinja2", "pyvista", "vtk", "vtkmodules", "imageio", "xarray"),
+        *(
+            "matplotlib",
+            "plotly",
+            "jinja2",
+            "pyvista",
+            "vtk",
+            "vtkmodules",
+            "imageio",
+            "xarray",
+            "tornado",
+        ),
     }
 )
 
@@ -54,15 +64,15 @@ def guarded(
     except KeyboardInterrupt as error:
         ending.end_interrupted(error, _GOES_ON if goes_on() else "")
     except Exception as error:
-        message = _message(scene, error)
+        message = user_message(scene, error)
         if message is None:
             raise
         told(message)
         ending.stop(message)
 
 
-def _message(scene: Path, error: Exception) -> str | None:
-    """What to say of an error that a user caused; None of a defect."""
+def user_message(scene: Path, error: Exception) -> str | None:
+    """Return what to say of an error that a user caused; None of a defect."""
     if isinstance(error, OutputError):
         return str(error)
     if isinstance(error, USER_ERRORS):

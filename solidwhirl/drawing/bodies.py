@@ -123,10 +123,16 @@ class Silhouette:
 
 def silhouettes_of(results: Results) -> tuple[Silhouette, ...]:
     """Return what is seen of every body of a run, in the order of the scene."""
-    profiles = results.geometry
+    return silhouettes(results.scene, results.elements, results.geometry)
+
+
+def silhouettes(
+    scene: Scene, elements: Mapping[str, Superelement], profiles: Mapping[str, Body]
+) -> tuple[Silhouette, ...]:
+    """Return what is seen of every body; `profiles`: geometry of those that are drawn by one."""
     return tuple(
-        _silhouette(results.scene, name, results.elements[name], profiles.get(name))
-        for name in results.scene.speed_ratios()
+        _silhouette(scene, name, elements[name], profiles.get(name))
+        for name in scene.speed_ratios()
     )
 
 

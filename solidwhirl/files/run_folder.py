@@ -24,6 +24,8 @@ from solidwhirl.rotordyn.core.atomic import replace_text
 MANIFEST = "SHA256SUMS"
 #: Where a run keeps its stages if it is not told another place.
 STAGES = ".stages"
+#: The scene of a run as it was run, options of the command line in it.
+SCENE = "scene.json"
 # A file that a whole run always has; it is moved into place last.
 _LAST = "results.json"
 # How it begins, by which it is known where the manifest is lost.

@@ -27,7 +27,7 @@ from solidwhirl.estimates.documents import (
     with_estimate,
 )
 from solidwhirl.estimates.results import Estimates
-from solidwhirl.files.run_folder import claimed, replacing_files, reserve
+from solidwhirl.files.run_folder import SCENE, claimed, replacing_files, reserve
 from solidwhirl.meshing import write_gmsh, write_vtu
 from solidwhirl.meshing.imported.records import MeshedBody
 from solidwhirl.model.interface_documents import interfaces_document
@@ -309,6 +309,9 @@ def _write_all(results: Results, document: dict[str, Any], folder: Path) -> None
             if not is_picture(file):
                 write(folder / file)
     (folder / "report.md").write_text(report_text(results, document), encoding="utf-8")
+    # the paths of files that it names are those of this machine
+    scene = results.scene.model_dump_json(indent=1, exclude_unset=True, by_alias=True)
+    (folder / SCENE).write_text(scene + "\n", encoding="utf-8")
     text = json.dumps(document, indent=1, allow_nan=False)
     (folder / "results.json").write_text(text + "\n", encoding="utf-8")
 

@@ -39,8 +39,7 @@ def answers(document: Mapping[str, Any]) -> tuple[Answer, ...]:
     """
     verdict = document["verdict"]
     return (
-        _stability(verdict),
-        *_damping(verdict["at_operating"]),
+        *stability_answers(verdict),
         _critical_speeds(verdict),
         *_gravity_critical_speeds(verdict.get("gravity_critical_speeds")),
         *_margins(verdict["margins"]),
@@ -48,6 +47,11 @@ def answers(document: Mapping[str, Any]) -> tuple[Answer, ...]:
         _accuracy(verdict["accuracy"]),
         *_coupling(verdict),
     )
+
+
+def stability_answers(verdict: Mapping[str, Any]) -> tuple[Answer, ...]:
+    """Return what a verdict says of stability, and of damping at the operating speeds."""
+    return _stability(verdict), *_damping(verdict["at_operating"])
 
 
 def _stability(verdict: Mapping[str, Any]) -> Answer:

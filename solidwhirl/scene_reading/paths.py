@@ -88,7 +88,7 @@ def find_place(data: Mapping[str, Any], text: str) -> Place:
     Raises PlaceError: the text is no place, leads nowhere, or to something that is no number.
     """
     found = _walked(data, text, may_be_left_out=False)
-    if not _is_number(found.nominal):
+    if not is_number(found.nominal):
         raise PlaceError(f"{text!r} is {_kind(found.nominal)} in the scene; a number is needed")
     return Place(text=text, steps=found.steps)
 
@@ -172,7 +172,7 @@ def place_problems(data: Mapping[str, Any], sweep: SweepSpec) -> Iterator[str]:
             first = filled.setdefault(target.steps, where)
             if first != where:
                 yield f"{where}: {text!r} is filled by {first} already; a place has one value"
-            if parameter.applies == "factor" and not _is_number(target.nominal):
+            if parameter.applies == "factor" and not is_number(target.nominal):
                 found = "left out" if target.nominal is None else repr(target.nominal)
                 yield f"{where}: {text!r} is {found} in the scene; a factor needs a number there"
 
@@ -198,7 +198,8 @@ def _is_left_out(value: Any, steps: tuple[str, ...], *, at_top: bool) -> bool:
     return len(steps) == 2 and steps[0] in _OPTIONAL if at_top else len(steps) == 1
 
 
-def _is_number(value: Any) -> bool:
+def is_number(value: Any) -> bool:
+    """Whether a value of a TOML file is a number."""
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 

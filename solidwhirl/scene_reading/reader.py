@@ -57,14 +57,26 @@ def load_toml(path: str | Path) -> dict[str, Any]:
     Raises SceneError: the file can't be read, is larger than 4 MB, is not UTF-8 text, or is not
     TOML.
     """
+    return parse_toml(read_bytes(path), path)
+
+
+def read_bytes(path: str | Path) -> bytes:
+    """Read a file that a user wrote, no more of it than `parse_toml` takes.
+
+    Raises SceneError: it can't be read.
+    """
     path = Path(path)
     try:
         with path.open("rb") as file:  # no more than that of a device that never ends
-            content = file.read(_MAXIMUM_BYTES + 1)
+            return file.read(_MAXIMUM_BYTES + 1)
     except OSError as error:
         raise SceneError(path, [f"can not be read: {error.strerror or error}"]) from error
     except ValueError as error:  # a path with a null character
         raise SceneError(clean(str(path)), [f"can not be read: {error}"]) from error
+
+
+def parse_toml(content: bytes, path: str | Path) -> dict[str, Any]:
+    """Return what the bytes of a TOML file say; `path` and errors as of `load_toml`."""
     if len(content) > _MAXIMUM_BYTES:
         raise SceneError(path, [f"larger than {_MAXIMUM_BYTES} bytes; such a file is small"])
     try:

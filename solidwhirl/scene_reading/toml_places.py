@@ -51,8 +51,8 @@ class Places:
         self._ends = [match.end() for match in re.finditer("\n", text)]
 
     @cached_property
-    def _found(self) -> dict[KeyPath, int]:
-        return _Reader(self.text).read()
+    def _read(self) -> _Reader:
+        return _Reader(self.text)
 
     def position(self, path: Iterable[str | int]) -> Position | None:
         """Where a key stands; for an element of a list its value, of a list of tables its header.
@@ -60,25 +60,33 @@ class Places:
         `path`: keys, and numbers of elements from 0, from the top of the file.
         Returns None if there is no such key.
         """
-        index = self._found.get(tuple(path))
+        index = self._read.found.get(tuple(path))
         if index is None:
             return None
         line = bisect.bisect_right(self._ends, index)
         start = self._ends[line - 1] if line else 0
         return Position(line=line + 1, column=index - start + 1)
 
+    def word(self, path: Iterable[str | int]) -> tuple[int, int] | None:
+        """Begin and end of a value that is a number or another word without quotes, None if not.
+
+        `path`: as of `position`; a value, or an element of a list of them.
+        """
+        return self._read.words.get(tuple(path))
+
 
 class _Reader:
-    """Reads a text once, from its begin."""
+    """Reads a text once, from its begin; `found`: where all keys begin, as far as it is TOML."""
 
     def __init__(self, text: str) -> None:
         self._tokens = _tokens(text)
-        self._found: dict[KeyPath, int] = {}
+        self.found: dict[KeyPath, int] = {}
+        self.words: dict[KeyPath, tuple[int, int]] = {}  # values without quotes and brackets
         self._implied: set[KeyPath] = set()  # only tables below these have been named
         self._counts: dict[KeyPath, int] = {}  # elements of lists
+        self._read()
 
-    def read(self) -> dict[KeyPath, int]:
-        """Where all keys of the text begin, as far as it is TOML."""
+    def _read(self) -> None:
         table: KeyPath = ()
         with contextlib.suppress(StopIteration, ValueError):
             while True:
@@ -87,7 +95,6 @@ class _Reader:
                     table = self._header(token.at)
                 elif token.said != "\n":
                     self._assignment(table, token)
-        return self._found
 
     def _header(self, at: int) -> KeyPath:
         """The table that a line in brackets begins."""
@@ -127,6 +134,8 @@ class _Reader:
         """Take a value, or the bracket that opens one."""
         if token.said in ("[", "{"):
             waiting.append((path, "]" if token.said == "[" else "}"))
+        elif token.kind == "word":
+            self.words[path] = token.at, token.at + len(token.said)
 
     def _keys(self, token: _Token, end: str) -> list[tuple[str, int]]:
         """The names of a key with dots up to a mark, and where each begins."""
@@ -143,11 +152,11 @@ class _Reader:
 
     def _named(self, path: KeyPath, at: int, *, implied: bool = False) -> KeyPath:
         """The path, whose place is that of its own name, else of the first one below it."""
-        if path not in self._found:
-            self._found[path] = at
+        if path not in self.found:
+            self.found[path] = at
             self._implied |= {path} if implied else set()
         elif path in self._implied and not implied:
-            self._found[path] = at
+            self.found[path] = at
             self._implied.discard(path)
         return path
 
@@ -155,7 +164,7 @@ class _Reader:
         """A new last element of a list."""
         number = self._counts.get(path, 0)
         self._counts[path] = number + 1
-        self._found[*path, number] = at
+        self.found[*path, number] = at
         return (*path, number)
 
     def _last(self, path: KeyPath) -> KeyPath:

@@ -89,6 +89,7 @@ SUITE = "is the tests, or the checks beside them"
 CONTAINER = "builds a Debian of its own, as root and from the network"
 MEASURES = "measures time, minutes to hours; what it measured is in the page"
 DRY = "hours of the command `run` or `study`; what it would start is tested below"
+SERVES = "serves a page until it is ended; tests/program/watch"
 GUIDE = "tools/guide_pictures.py runs the scene of the page for its pictures, minutes"
 # Beginning of a command -> why it is not run.
 NOT_RUN = {
@@ -98,6 +99,7 @@ NOT_RUN = {
     "solidwhirl plan wheel.toml": GUIDE,
     "solidwhirl run wheel.toml": GUIDE,
     "solidwhirl pictures wheel.toml": GUIDE,
+    "solidwhirl watch ": SERVES,
     "make test": SUITE,
     "make check": SUITE,
     "make verify": SUITE,

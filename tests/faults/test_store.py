@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from jobs import forked
 
-from solidwhirl.cache.files import FreshStore, StageStore
+from solidwhirl.cache.files import FreshStore, MemoryStore, StageStore
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -51,6 +51,15 @@ def test_kept_and_found(store, entry):
     other = StageStore(store.folder, OWN)
     assert other.key("stage", 1, "a", np.arange(2)) == key
     assert other.find(key, refuse) is not None
+
+
+def test_a_store_in_memory_keeps_what_was_used_last():
+    store = MemoryStore(most=2)
+    for key in "ab":
+        store.keep(key, "stage", key, refuse)
+    assert store.find("a", refuse) == "a"
+    store.keep("c", "stage", "c", refuse)
+    assert [store.find(key, refuse) for key in "abc"] == ["a", None, "c"]
 
 
 def damages(data):

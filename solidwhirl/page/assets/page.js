@@ -192,6 +192,13 @@ window.solidwhirl = (() => {
     if (!charts.has(host.id)) charts.set(host.id, prepare(host));
     return charts.get(host.id);
   }
+  // Draws other data in a host, now; `inputs` are those of its controls.
+  function show(host, data, inputs) {
+    const chart = { name: host.id, host, drawn: false, ...decoded(data), inputs };
+    charts.set(host.id, chart);
+    return draw(chart);
+  }
+  function redraw(host) { return draw(charts.get(host.id)); }
   function drawOnce(host) {
     const chart = chartOf(host);
     return chart.drawn ? Promise.resolve() : draw(chart);
@@ -291,6 +298,6 @@ window.solidwhirl = (() => {
     document.querySelectorAll("main > section").forEach((s) => watch.observe(s));
   }
   window.addEventListener("DOMContentLoaded", start);
-  const api = { array, tokens, layout, config, theme: readTheme, modeViewer: () => ({}) };
+  const api = { array, tokens, layout, config, show, redraw, theme: readTheme, modeViewer: () => ({}) };
   return api;
 })();

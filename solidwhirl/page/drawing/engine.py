@@ -49,7 +49,11 @@ def section(run: Run) -> Section:
 
 def small_picture(run: Run) -> Picture:
     """Return the drawing for the first screen of a page: as high as there is room for."""
-    scene, bodies = run.results.scene, silhouettes_of(run.results)
+    return small_drawing(run.results.scene, silhouettes_of(run.results))
+
+
+def small_drawing(scene: Scene, bodies: Sequence[Silhouette]) -> Picture:
+    """Return the drawing of the bodies of a scene, with the names of its joints alone."""
     names = [(z, words.partition(":")[0]) for z, words in drawn.joint_labels(scene, bodies)]
     return Picture(
         data=svg_of(drawn.engine_drawing(scene, bodies, _SMALL, (), names)),

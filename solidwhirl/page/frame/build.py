@@ -6,12 +6,10 @@ import base64
 import gzip
 from collections.abc import Sequence
 from functools import cache
-from pathlib import Path
 
 from solidwhirl.page.frame import render
+from solidwhirl.page.frame.assets import FOLDER, asset, plotly_file
 from solidwhirl.page.frame.records import Block, Chart, ModeViewer, Section
-
-_FOLDER = Path(__file__).parents[1] / "assets"
 
 
 def page_html(sections: Sequence[Section], *, title: str, name: str) -> str:
@@ -27,7 +25,7 @@ def page_html(sections: Sequence[Section], *, title: str, name: str) -> str:
     if twice := sorted({name for name in names if names.count(name) > 1}):
         raise ValueError(f"sections or charts with the same name: {', '.join(twice)}")
     environment = Environment(
-        loader=FileSystemLoader(_FOLDER),
+        loader=FileSystemLoader(FOLDER),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
@@ -44,7 +42,7 @@ def page_html(sections: Sequence[Section], *, title: str, name: str) -> str:
         sections=sections,
         title=title,
         name=name,
-        style=_file("style.css"),
+        style=asset("style.css"),
         library=_plotly() if drawn else "",
         scripts=_scripts(blocks),
         kind=lambda block: type(block).__name__,
@@ -53,25 +51,14 @@ def page_html(sections: Sequence[Section], *, title: str, name: str) -> str:
 
 def _scripts(blocks: Sequence[Block]) -> list[str]:
     """The page's own script, and the viewer's."""
-    scripts = [_file("page.js")]
+    scripts = [asset("page.js")]
     if any(isinstance(block, ModeViewer) for block in blocks):
-        scripts.append(_file("shapes.js"))
+        scripts.append(asset("shapes.js"))
     return scripts
 
 
 @cache
 def _plotly() -> str:
     """The drawing library, compressed, which takes a third of its size."""
-    # the file itself: importing the package to find it takes longer than the page
-    from importlib.util import find_spec
-
-    spec = find_spec("plotly")
-    if spec is None or spec.origin is None:
-        raise ModuleNotFoundError("plotly is not installed, which draws the charts of a page")
-    file = Path(spec.origin).parent / "package_data" / "plotly.min.js"
-    packed = gzip.compress(file.read_bytes(), compresslevel=6, mtime=0)
+    packed = gzip.compress(plotly_file().read_bytes(), compresslevel=6, mtime=0)
     return base64.b64encode(packed).decode("ascii")
-
-
-def _file(name: str) -> str:
-    return (_FOLDER / name).read_text(encoding="utf-8")

@@ -121,17 +121,21 @@ def picture_html(picture: Picture) -> Markup:
 
 def data_json(block: Chart | ModeViewer) -> Markup:
     """What the script needs of a chart or viewer, as JSON that is safe inside a script element."""
-    if isinstance(block, Chart):
-        data: dict[str, Any] = {
-            "traces": list(block.traces),
-            "layout": dict(block.layout),
-            "height": block.height_px,
-            "controls": [asdict(c) for c in block.controls],
-        }
-    else:
-        data = dict(block.data)
-    text = json.dumps(plain(data), separators=(",", ":"), allow_nan=False, ensure_ascii=False)
+    data = chart_data(block) if isinstance(block, Chart) else plain(dict(block.data))
+    text = json.dumps(data, separators=(",", ":"), allow_nan=False, ensure_ascii=False)
     return Markup(text.replace("<", "\\u003c").replace("\u2028", " ").replace("\u2029", " "))
+
+
+def chart_data(chart: Chart) -> Any:
+    """Plain data of a chart, as the script of a page draws it."""
+    return plain(
+        {
+            "traces": list(chart.traces),
+            "layout": dict(chart.layout),
+            "height": chart.height_px,
+            "controls": [asdict(c) for c in chart.controls],
+        }
+    )
 
 
 def plain(value: Any) -> Any:

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from solidwhirl.analyses.base import reference_ranges_rad_s
+from solidwhirl.estimates.results import Estimates
 from solidwhirl.page.frame.plotly_chart import page_chart
 from solidwhirl.page.frame.records import Chart, Run, Section, Table, Text
+from solidwhirl.pipeline.engine_stages import ExcitedCriticalSpeed
 from solidwhirl.pipeline.results import Results
+from solidwhirl.rotordyn import Campbell
 from solidwhirl.rotordyn.plots import campbell as plots
 from solidwhirl.rotordyn.plots.campbell import CampbellView, campbell_chart, damping_chart
 from solidwhirl.rotordyn.plots.chart import HZ_PER_RAD_S
+from solidwhirl.rotordyn.stability.intervals import UnstableInterval
+from solidwhirl.scene.records import Scene
+from solidwhirl.scene_checks.operating import operating_speeds
 
 # The small diagram reaches this many times as far as excitation by unbalance.
 _ROOM = 2.5
@@ -43,10 +49,27 @@ def section(run: Run) -> Section | None:
 
 def view_of(results: Results) -> CampbellView:
     """Return what a run shows in its Campbell diagram beside the branches."""
-    rule, estimates = results.scene.criteria.rule, results.estimates
+    return campbell_view(
+        results.scene,
+        results.campbell,
+        results.critical_speeds,
+        results.estimates,
+        results.stability.intervals,
+    )
+
+
+def campbell_view(
+    scene: Scene,
+    campbell: Campbell,
+    critical_speeds: Sequence[ExcitedCriticalSpeed],
+    estimates: Estimates | None,
+    unstable: Sequence[UnstableInterval],
+) -> CampbellView:
+    """Return what the Campbell diagram of a scene shows beside the branches."""
+    rule = scene.criteria.rule
     found = [
         (c, None if estimates is None else float(estimates.critical_speeds.total[k]))
-        for k, c in enumerate(results.critical_speeds)
+        for k, c in enumerate(critical_speeds)
         if c.critical.counts(rule)
     ]
     texts = []
@@ -58,15 +81,15 @@ def view_of(results: Results) -> CampbellView:
         if error is not None:
             words.append(f"error {plots.error_words(error)}")
         texts.append("\n".join(words))
-    values = results.campbell.eigenvalues
+    values = campbell.eigenvalues
     return CampbellView(
         critical_speeds=[c.critical for c, _ in found],
         critical_texts=texts,
-        excitation_ratios=results.scene.speed_ratios(),
-        operating_rad_s=reference_ranges_rad_s(results.operating),
+        excitation_ratios=scene.speed_ratios(),
+        operating_rad_s=reference_ranges_rad_s(operating_speeds(scene)),
         errors=None if estimates is None else estimates.campbell.total,
         damped=np.asarray(np.isfinite(values) & ~rule.counts(values)),
-        unstable_rad_s=[(i.low_rad_s, i.high_rad_s) for i in results.stability.intervals],
+        unstable_rad_s=[(i.low_rad_s, i.high_rad_s) for i in unstable],
     )
 
 

@@ -10,7 +10,7 @@ from solidwhirl.analyses.base import Operating
 from solidwhirl.core.blocks import margin_words, warning
 from solidwhirl.core.check_report import checks_line, failure_lines
 from solidwhirl.page.drawing.engine import small_picture
-from solidwhirl.page.frame.records import Block, Row, Run, Section, Table, Text
+from solidwhirl.page.frame.records import Row, Run, Section, Table, Text
 from solidwhirl.page.modes.campbell import small_chart
 from solidwhirl.page.modes.criticals import critical_speed_table
 from solidwhirl.pipeline.verdict_text import answers
@@ -31,7 +31,7 @@ def section(run: Run) -> Section:
         *warning(failure_lines(run.results.checks)),
         Row(blocks=(verdict_table(run), *beside, small_picture(run))),
         *warning(_messages(run.document)),
-        _critical_speeds(
+        critical_speeds_block(
             critical_speeds_that_count(run.document),
             run.results.operating,
             run.results.scene.speed_ratios(),
@@ -56,9 +56,13 @@ def _messages(document: Mapping[str, Any]) -> list[str]:
     return list(dict.fromkeys([*every, *document.get("bearing_notes", ())]))
 
 
-def _critical_speeds(
+def critical_speeds_block(
     found: Sequence[Mapping[str, Any]], operating: Sequence[Operating], ratios: Mapping[str, float]
-) -> Block:
+) -> Table | Text:
+    """Return the critical speeds nearest to operating speeds, with their margins.
+
+    `found`, `ratios`: as of `critical_speed_table`.
+    """
     if not found:
         return Text(text="**Critical speeds:** none in the speed range that is a resonance.")
     entries, said = nearest(found, operating, _MOST)

@@ -168,6 +168,8 @@ def test_a_plain_terminal_gets_plain_help(words):
 # many cases take a minute.
 QUICK = ("init", "check", "geometry", "export", "formats", "schema", "plan", "version")
 LONG = ("doctor", "run", "batch batch-pictures", "study", "identify", "pictures")
+# What serves until it is ended: tests/program/watch.
+SERVING = ("watch",)
 # The example whose folder those of `check` and `export` read.
 BEAM_RUN = "solidwhirl run scenes/laval.toml --out out/laval --level beam --pictures"
 
@@ -208,7 +210,7 @@ def test_long_examples_run(tmp_path, root, name):
 
 
 def test_all_examples_are_run():
-    assert sorted([*QUICK, *" ".join(LONG).split()]) == sorted(COMMANDS)
+    assert sorted([*QUICK, *" ".join(LONG).split(), *SERVING]) == sorted(COMMANDS)
 
 
 @pytest.fixture(scope="module")

@@ -22,7 +22,7 @@ from solidwhirl.scene_reading.reader import parse_scene, scene_hash
 pytestmark = pytest.mark.solver
 
 FILES = {
-    *("SHA256SUMS", "results.json", "report.md", "report.html"),
+    *("SHA256SUMS", "scene.json", "results.json", "report.md", "report.html"),
     *("campbell.png", "campbell_errors.png", "critical_speeds.png"),
     *("unbalance_response.png", "unbalance_response_bearing_forces.png"),
     *(f"bodies/{name}.{kind}" for name in ("inner", "outer") for kind in ("h5", "json")),

@@ -1,0 +1,51 @@
+"""`solidwhirl watch` as a user starts and ends it."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import urllib.request
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from solidwhirl.cli import app
+
+PROGRAM = Path(sys.executable).parent / "solidwhirl"
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [("none.toml", "there is no such file or folder"), ("", "scene.json: is missing; run the")],
+)
+def test_what_can_not_be_watched_is_refused(tmp_path, refusal, name, said):
+    done = CliRunner().invoke(app, ["watch", str(tmp_path / name), "--no-open"])
+    assert said in refusal(done, str(tmp_path / name))
+
+
+def test_it_prints_the_address_and_ends_with_an_interrupt(scene_path, tmp_path):
+    (tmp_path / "tmp").mkdir()
+    process = subprocess.Popen(
+        [str(PROGRAM), "watch", scene_path.name, "--no-open"],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONWARNINGS": "error", "TMPDIR": str(tmp_path / "tmp")},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        address = process.stdout.readline().strip()
+        assert address.startswith("http://127.0.0.1:")
+        with urllib.request.urlopen(address, timeout=60) as page:
+            assert b"solidwhirl watch" in page.read()
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate(timeout=120)
+    finally:
+        process.kill()
+    assert process.returncode == 0, said
+    assert said.splitlines() == ["follows rotor.toml; Ctrl-C ends it"]
+    assert list((tmp_path / "tmp").iterdir()) == []
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["rotor.toml", "tmp"]
