@@ -355,7 +355,7 @@ def _error(stretch: Stretch, seen: ComplexArray | None) -> FloatArray:
         return coarse
     # growth may be right in a middle by chance where the frequency is not
     shown = np.maximum(seen.real, _BY_CHANCE * np.abs(seen))
-    return np.minimum(coarse, np.maximum(shown, _SEEN * coarse))
+    return np.asarray(np.minimum(coarse, np.maximum(shown, _SEEN * coarse)))
 
 
 def _drift(stretch: Stretch, seen: ComplexArray | None) -> FloatArray:
