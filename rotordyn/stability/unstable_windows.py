@@ -350,7 +350,8 @@ def _error(stretch: Stretch, seen: ComplexArray | None) -> FloatArray:
     """Return how far each path may be from the true growth rate, shape (m,)."""
     miss = np.abs(stretch.mismatch())
     growth = np.abs(stretch.mismatch().real).max(axis=0)
-    coarse = _UNSEEN * (growth + np.where(stretch.mac < _UNLIKE, miss.max(axis=0), 0.0))
+    unlike = np.where(stretch.mac < _UNLIKE, miss.max(axis=0), 0.0)
+    coarse = np.asarray(_UNSEEN * (growth + unlike))
     if seen is None:
         return coarse
     # growth may be right in a middle by chance where the frequency is not
