@@ -310,7 +310,7 @@ def _write_all(results: Results, document: dict[str, Any], folder: Path) -> None
                 write(folder / file)
     (folder / "report.md").write_text(report_text(results, document), encoding="utf-8")
     # the paths of files that it names are those of this machine
-    scene = results.scene.model_dump_json(indent=1, exclude_unset=True, by_alias=True)
+    scene = results.scene.model_dump_json(indent=1, exclude_unset=True, exclude_none=True)
     (folder / SCENE).write_text(scene + "\n", encoding="utf-8")
     text = json.dumps(document, indent=1, allow_nan=False)
     (folder / "results.json").write_text(text + "\n", encoding="utf-8")
