@@ -101,3 +101,18 @@ for stiffness in (8e5, 8e6, 8e7):
     )
     found = critical_speeds(assemble(engine.rotors, bearings), speed_max_rad_s=2000.0)
     print(f"{stiffness:.0e} N/m:", [f"{c.speed_rad_s * 30 / np.pi:.0f} rpm" for c in found])
+
+# %% [markdown]
+# The same bodies on other supports.
+
+# %%
+from solidwhirl.reduced_scene import reduce_scene
+
+rotor = reduce_scene(twin)
+for stiffness in (2e6, 4e6, 8e6):
+    softer = rotor.with_(kxx=[stiffness, 0.0])
+    print(stiffness, [round(c.critical.speed_rad_s * 30 / np.pi) for c in softer.critical_speeds()])
+
+damped = rotor.with_(kxx={"stiffness_n_per_m": [8e6, 0.0], "damping_n_s_per_m": [2e3, 0.0]})
+print(damped.estimates())  # relative errors of the diagram and the critical speeds
+damped.draw_campbell("campbell.svg")

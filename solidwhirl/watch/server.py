@@ -61,6 +61,7 @@ class Server:
         self.port: int = self._socket.getsockname()[1]
         self._opened = opened
         self.session: Session | None = None
+        self._opening: threading.Thread | None = None
         self.pages: set[_Socket] = set()
         self._failure: BaseException | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -88,7 +89,9 @@ class Server:
 
     def end_work(self) -> bool:
         """End all that computes; whether it ended within seconds."""
-        return self.session is None or self.session.end()
+        if self.session is not None:
+            return self.session.end()
+        return self._opening is None or not self._opening.is_alive()
 
     async def _serve(self, ready: Callable[[], None]) -> None:
         self._loop, self._ended = asyncio.get_running_loop(), asyncio.Event()
@@ -106,7 +109,8 @@ class Server:
         http.add_socket(self._socket)
         try:
             ready()
-            threading.Thread(target=self._open, name="session", daemon=True).start()
+            self._opening = threading.Thread(target=self._open, name="session", daemon=True)
+            self._opening.start()
             await self._ended.wait()
         finally:
             http.stop()
