@@ -35,6 +35,8 @@ def test_it_prints_the_address_and_ends_with_an_interrupt(scene_path, tmp_path):
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        # a job in the background ignores interrupts, and so would its children
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
     try:
         address = process.stdout.readline().strip()
@@ -45,6 +47,7 @@ def test_it_prints_the_address_and_ends_with_an_interrupt(scene_path, tmp_path):
         _, said = process.communicate(timeout=120)
     finally:
         process.kill()
+        process.wait()
     assert process.returncode == 0, said
     assert said.splitlines() == ["follows rotor.toml; Ctrl-C ends it"]
     assert list((tmp_path / "tmp").iterdir()) == []
