@@ -56,6 +56,7 @@ def cpu_s(*command: str) -> float:
 def changed(scene: Path, bearing: str, factor: float, analyses: bool, name: str = "") -> str:
     """The scene with another stiffness, as a file's text."""
     from solidwhirl.build import with_changes
+    from solidwhirl.identify.scene import scene_text
     from solidwhirl.scene_reading.reader import read_scene
 
     found = read_scene(scene)
@@ -67,18 +68,7 @@ def changed(scene: Path, bearing: str, factor: float, analyses: bool, name: str 
         found = found.model_copy(update={"analyses": ()})
     if name:
         found = found.model_copy(update={"name": name})
-    data = found.model_dump(mode="json", exclude_unset=True)
-    return "\n".join(f"{json.dumps(key)} = {_toml(value)}" for key, value in data.items())
-
-
-def _toml(value) -> str:
-    """A value in one line."""
-    if isinstance(value, dict):
-        pairs = [f"{json.dumps(k)} = {_toml(v)}" for k, v in value.items() if v is not None]
-        return "{" + ", ".join(pairs) + "}"
-    if isinstance(value, list):
-        return "[" + ", ".join(map(_toml, value)) + "]"
-    return json.dumps(value)
+    return scene_text(found.model_dump(mode="json", exclude_unset=True, exclude_none=True), {})
 
 
 def in_processes(scene: Path, bearing: str, analyses: bool) -> dict[str, float]:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from solidwhirl.analyses.base import reference_ranges_rad_s
 from solidwhirl.analyses.stability_summary import Stability
 from solidwhirl.build import with_changes
 from solidwhirl.cache.files import MemoryStore, StageStore
@@ -18,15 +19,18 @@ from solidwhirl.core.displays import indented
 from solidwhirl.core.errors import SceneError
 from solidwhirl.core.stages import Progress, silent
 from solidwhirl.estimates.results import Estimates
+from solidwhirl.geometry import Body
 from solidwhirl.model.effects import make_plan
 from solidwhirl.model.plan_records import Plan
 from solidwhirl.pipeline import engine_stages as stages
+from solidwhirl.pipeline.body_stages import Job
 from solidwhirl.pipeline.engine_stages import Engine, ExcitedCriticalSpeed
-from solidwhirl.pipeline.run import Reduced, reduced
+from solidwhirl.pipeline.run import ReducedBodies, reduced
 from solidwhirl.rotordyn import (
     AssembledSystem,
     Campbell,
     Modes,
+    Superelement,
     draw_campbell,
     modes_at_speed,
 )
@@ -46,7 +50,7 @@ class ReducedScene:
     an optimiser asks for what it needs. Numbers are those of `run_scene`.
     """
 
-    reduced: Reduced
+    reduced: ReducedBodies
 
     def __repr__(self) -> str:
         levels = ", ".join(f"{name} ({e.level})" for name, e in self.reduced.elements.items())
@@ -106,12 +110,15 @@ class ReducedScene:
 
         Raises SceneError: the bodies of the scene differ, or it needs more of them.
         """
-        job, geometry = self.reduced.job, self.reduced.geometry
-        levels = [own.level for name, own in job.plan.bodies.items() if name in geometry]
+        job = self.reduced.job
         _refuse_other_bodies(self.scene, scene)
-        plan = make_plan(scene, geometry, levels[0] if levels else None)
+        plan = plan_of(scene, self.reduced.geometry, self.reduced.elements)
         _refuse_more(scene, job.plan, plan)
-        return ReducedScene(reduced=replace(self.reduced, job=replace(job, scene=scene, plan=plan)))
+        return self.with_job(replace(job, scene=scene, plan=plan))
+
+    def with_job(self, job: Job) -> ReducedScene:
+        """Return the same bodies with another scene, plan or cache, which have to fit them."""
+        return ReducedScene(reduced=replace(self.reduced, job=job))
 
     def modes(self, speed_rpm: float = 0.0) -> Modes:
         """Return the modes at a speed of the reference shaft, rpm."""
@@ -137,17 +144,13 @@ class ReducedScene:
 
     def draw_campbell(self, path: str | Path) -> None:
         """Draw the Campbell diagram with its critical speeds to a PNG, SVG or PDF file."""
-        operating = {
-            o.shaft: (o.reference_rpm[0] * RAD_S_PER_RPM, o.reference_rpm[1] * RAD_S_PER_RPM)
-            for o in operating_speeds(self.scene)
-        }
         draw_campbell(
             self.campbell(),
             [c.critical for c in self.critical_speeds()],
             path,
             self.scene.title or self.scene.name,
             self.scene.speed_ratios(),
-            operating,
+            reference_ranges_rad_s(operating_speeds(self.scene)),
         )
 
 
@@ -164,14 +167,25 @@ def reduce_scene(
     return ReducedScene(reduced=found)
 
 
+def plan_of(
+    scene: Scene, geometry: Mapping[str, Body], elements: Mapping[str, Superelement]
+) -> Plan:
+    """Return the plan of a scene whose bodies are there, with their levels."""
+    levels = [elements[name].level for name, body in geometry.items() if not body.features]
+    return make_plan(scene, geometry, levels[0] if levels else None)
+
+
 def _keys(given: float | npt.ArrayLike | Mapping[str, Any]) -> Mapping[str, Any]:
     if isinstance(given, Mapping):
         return given
     return {"stiffness_n_per_m": np.asarray(given, dtype=float).tolist()}
 
 
-_OF_BODIES = ("bodies", "mesh_bodies", "beams", "rigid_bodies", "imported", "materials")
-_OF_REDUCTION = ("model", "effects")
+# Tables of a scene that a reduction depends on, whatever holds its bodies.
+_OF_BODIES = (
+    *("bodies", "mesh_bodies", "beams", "rigid_bodies", "imported", "materials"),
+    *("model", "effects"),
+)
 # Effects whose matrices a body has or has not.
 _IN_BODIES = frozenset({"gyroscopic", "stress_stiffening", "spin_softening"})
 _ANEW = "reduce the scene anew (reduce_scene)"
@@ -179,8 +193,7 @@ _ANEW = "reduce the scene anew (reduce_scene)"
 
 def _refuse_other_bodies(before: Scene, scene: Scene) -> None:
     """Raise SceneError if the bodies of a scene are not those that were reduced."""
-    tables = (*_OF_BODIES, *_OF_REDUCTION)
-    changed = [t for t in tables if getattr(before, t) != getattr(scene, t)]
+    changed = [t for t in _OF_BODIES if getattr(before, t) != getattr(scene, t)]
     if changed:
         raise SceneError(
             scene.name, [f"{t}: differs from the reduced one; {_ANEW}" for t in changed]

@@ -92,10 +92,7 @@ def reduction_basis(
     factor = fixed_modes.held_solver(problem)
     direct = isinstance(factor, ConstrainedFactor)
     solved = ["factorisation at rest" if direct else "multigrid at rest"]
-    if operators.held is None:
-        constraint = _constraint_modes(factor, rows, all_rows.shape[1])
-    else:
-        constraint = operators.held.constraint[:, : rows.shape[1]]
+    constraint = _constraint_modes(operators, factor)
     candidates = []
     if rows.shape[1]:
         # what the inertia of the constraint modes bends between the interfaces, statically
@@ -147,9 +144,12 @@ def _modes_at(
     return at_speed
 
 
-def _constraint_modes(factor: Solver, rows: Matrix, border: int) -> Matrix:
+def _constraint_modes(operators: BodyOperators, factor: Solver) -> Matrix:
     """Displacement for a unit value of every interface coordinate, the others held."""
+    rows, border = operators.coupling.rows, operators.coupling.held.shape[1]
     count = rows.shape[1]
+    if operators.held is not None:  # what the prestress was solved with
+        return operators.held.constraint[:, :count]
     if not count:
         return rows
     values = np.zeros((border, count), dtype=rows.dtype)

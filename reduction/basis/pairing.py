@@ -111,7 +111,7 @@ def averaging_change(operators: BodyOperators, basis: Basis, speed_rad_s: float)
     elastic = values > _RIGID_BELOW * float(kept[0] if len(kept) else values[-1])
     rigid = shapes[:, ~elastic]
     moved = 0.5 * np.abs(np.linalg.eigvalsh(rigid.T @ mass @ rigid) - 1.0)
-    counts = elastic & (np.cumsum(elastic) <= _FIRST) | elastic & (values <= speed_rad_s**2)
+    counts = elastic & ((np.cumsum(elastic) <= _FIRST) | (values <= speed_rad_s**2))
     own = np.maximum(la.eigvalsh(stiffness, mass), 0.0)
     bent = np.abs(np.sqrt(own[counts] / values[counts]) - 1.0)
     return float(max(moved.max(initial=0.0), bent.max(initial=0.0)))

@@ -89,8 +89,7 @@ def vector_matrix(name: str, parts: ComponentMatrices) -> Any:
 
     "mass": M. "gyroscopic": G = ∫ρ (v·Du - u·Dv), exactly skew. "turn": ∫ρ v·Ju. "circulation":
     ∫ρ Jv·Ju with J u = e_z × u - D u, see `forms`; its mixed terms are -∫ρ (e_z×v)·Du - ∫ρ
-    Dv·(e_z×u), and (e_z×)ᵀ = -(e_z×). In the frame that turns with the body "coriolis": 2 ∫ρ
-    v·(e_z×u), and "rotating_softening": ∫ρ (e_z×v)·(e_z×u).
+    Dv·(e_z×u), and (e_z×)ᵀ = -(e_z×).
     """
     if name == "mass":
         terms = [(_ALL, parts.mass)]
@@ -100,19 +99,10 @@ def vector_matrix(name: str, parts: ComponentMatrices) -> Any:
         terms = [(_ALL, _skew_twice(parts.spin))]
     elif name == "spin_softening":
         terms = [(_ALL, parts.softening)]
-    elif name == "coriolis":
-        terms = [(2.0 * _QUARTER, parts.mass)]
-    elif name == "rotating_softening":
-        terms = [(_LATERAL, parts.mass)]
     else:
         skew = _skew_twice(parts.spin)
         terms = [(_LATERAL, parts.mass), (_QUARTER, skew), (_ALL, parts.softening)]
     return on_vectors(terms)
-
-
-def componentwise(matrix: Any) -> Any:
-    """Matrix of u that acts on every component alike."""
-    return on_vectors([(_ALL, matrix)])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

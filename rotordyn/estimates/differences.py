@@ -89,8 +89,8 @@ def frequency_partners(
     f, g = first_hz[:, None], second_hz[None, :]
     larger = np.maximum(f, g)
     apart = np.abs(f - g) / np.where(larger == 0.0, 1.0, larger)
-    senses = [(w == "forward").astype(int) - (w == "backward") for w in (first_whirl, second_whirl)]
-    cost = apart + _OPPOSITE * (np.multiply.outer(*senses) < 0)
+    opposite = np.multiply.outer(_sense(first_whirl), _sense(second_whirl)) < 0
+    cost = apart + _OPPOSITE * opposite
     return _partners(np.where(np.isfinite(cost), cost, _FARTHEST))
 
 
@@ -119,10 +119,13 @@ def _branch_cost(first: Campbell, branch: int, second: Campbell, other: int) -> 
     if not both.any():
         return _FARTHEST
     apart = np.abs(mine[both] - theirs[both]) / np.maximum(mine[both], theirs[both])
-    whirl = first.whirl[branch, both], second.whirl[other, both]
-    turning = [(one == "forward").astype(int) - (one == "backward") for one in whirl]
-    opposite = turning[0] * turning[1] < 0
+    opposite = _sense(first.whirl[branch, both]) * _sense(second.whirl[other, both]) < 0
     return float(apart.mean() + _OPPOSITE * opposite.mean())
+
+
+def _sense(whirl: StringArray) -> IntArray:
+    """1 of forward whirl, −1 of backward, 0 of others."""
+    return np.asarray((whirl == "forward").astype(int) - (whirl == "backward"))
 
 
 def _speed_cost(first: CriticalSpeed, second: CriticalSpeed) -> float:

@@ -348,9 +348,9 @@ class Search(Generic[S]):
 
 def _error(stretch: Stretch, seen: ComplexArray | None) -> FloatArray:
     """Return how far each path may be from the true growth rate, shape (m,)."""
-    miss = np.abs(stretch.mismatch())
-    growth = np.abs(stretch.mismatch().real).max(axis=0)
-    unlike = np.where(stretch.mac < _UNLIKE, miss.max(axis=0), 0.0)
+    miss = stretch.mismatch()
+    growth = np.abs(miss.real).max(axis=0)
+    unlike = np.where(stretch.mac < _UNLIKE, np.abs(miss).max(axis=0), 0.0)
     coarse = np.asarray(_UNSEEN * (growth + unlike))
     if seen is None:
         return coarse

@@ -104,19 +104,21 @@ def estimate_errors(
     # one model may be the second of a comparison and the first of the next
     modes_of = cache(_modes)
     for pair in comparisons:
-        _add(rest_parts, pair, _at_rest_differences(at_rest, pair))
+        _add(rest_parts, pair, _at_rest_differences(at_rest, pair, modes_of))
         found = _branch_differences(few, pair, modes_of)
         _add(branch_parts, pair, _over_speeds(diagram, few, found))
         _add(speed_parts, pair, _speed_differences(critical, pair))
     free = {}
     if beams is not None:
         own_hz = at_rest.frequency_hz
-        others = [rd.modes_at_speed(v, 0.0).frequency_hz for v in beams.systems]
+        others = [modes_of(v, 0.0).modes.frequency_hz for v in beams.systems]
         found = _theory_errors(own_hz, [_filled(own_hz, hertz) for hertz in others])
         rest_parts["beam_theory"] = found * own_hz / _scale_hz(system, own_hz)
         own_hz = diagram.frequency_hz
         of_branches = (
-            _theory_branch_errors(diagram, beams.systems) * own_hz / _scale_hz(system, own_hz)
+            _theory_branch_errors(diagram, beams.systems, modes_of)
+            * own_hz
+            / _scale_hz(system, own_hz)
         )
         branch_parts["beam_theory"] = of_branches
         speed_parts["beam_theory"] = _critical_speed_errors_of_beams(critical, diagram, of_branches)
@@ -137,10 +139,10 @@ def _add(parts: dict[str, FloatArray], pair: Comparison, difference: FloatArray)
     parts[pair.part] = parts.get(pair.part, np.zeros_like(difference)) + difference
 
 
-def _at_rest_differences(at_rest: rd.Modes, pair: Comparison) -> FloatArray:
+def _at_rest_differences(at_rest: rd.Modes, pair: Comparison, modes_of: ModesOf) -> FloatArray:
     """Differences of the modes at rest, both sorted by frequency; nan beyond the shorter list."""
-    second = rd.modes_at_speed(pair.second, 0.0)
-    first = at_rest if pair.first is None else rd.modes_at_speed(pair.first, 0.0)
+    second = modes_of(pair.second, 0.0).modes
+    first = at_rest if pair.first is None else modes_of(pair.first, 0.0).modes
     out = np.full(len(at_rest.frequency_hz), np.nan)
     count = min(len(out), len(first.frequency_hz), len(second.frequency_hz))
     f, g = first.frequency_hz[:count], second.frequency_hz[:count]
@@ -237,14 +239,14 @@ def _free(element: rd.Superelement, name: str, comparisons: tuple[Comparison, ..
 
 
 def _theory_branch_errors(
-    diagram: rd.Campbell, variants: Sequence[rd.AssembledSystem]
+    diagram: rd.Campbell, variants: Sequence[rd.AssembledSystem], modes_of: ModesOf
 ) -> FloatArray:
     """Errors of the branches of a Campbell diagram, (b, s), between a few speeds linear in them."""
     few = _at_few_speeds(diagram)
     own, others = few.frequency_hz, []
     for variant in variants:
         columns = [
-            _paired(few, own[:, at], at, _modes(variant, speed))[0]
+            _paired(few, own[:, at], at, modes_of(variant, speed))[0]
             for at, speed in enumerate(few.speeds_rad_s.tolist())
         ]
         others.append(np.column_stack(columns))

@@ -41,7 +41,7 @@ from solidwhirl.pipeline.asymmetry import Asymmetry, asymmetry_document
 from solidwhirl.pipeline.cached_stages import StageCache
 from solidwhirl.pipeline.run import ExcitedCriticalSpeed, Results
 from solidwhirl.pipeline.verdict import verdict_document
-from solidwhirl.rotordyn import Superelement, draw_campbell, write_superelement
+from solidwhirl.rotordyn import CriticalSpeed, Superelement, draw_campbell, write_superelement
 from solidwhirl.rotordyn.assembly.bearing_notes import note_lines
 from solidwhirl.rotordyn.campbell.branch_numbers import branch_numbers, branch_prints, shape_print
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
@@ -184,6 +184,17 @@ def _doubts(results: Results) -> list[dict[str, Any]]:
     return [*said, *(asdict(alarm) for alarm in results.alarms)]
 
 
+def critical_speed_numbers(critical: CriticalSpeed) -> dict[str, Any]:
+    """Return a critical speed as plain data, by itself."""
+    return {
+        "speed_rpm": float(critical.speed_rad_s * RPM_PER_RAD_S),
+        "frequency_hz": float(critical.frequency_hz),
+        "whirl": str(critical.whirl),
+        "log_decrement": float(critical.log_decrement) or None,
+        "amplification_factor": critical.amplification_factor,
+    }
+
+
 def critical_speed_document(results: Results, found: ExcitedCriticalSpeed) -> dict[str, Any]:
     """A critical speed as plain data, whether it counts and what excites it."""
     critical = found.critical
@@ -192,11 +203,7 @@ def critical_speed_document(results: Results, found: ExcitedCriticalSpeed) -> di
     if results.asymmetry is None:
         excitation = unbalance_excitation(results.system, critical.shape, found.excited_by)
     return {
-        "speed_rpm": float(critical.speed_rad_s * RPM_PER_RAD_S),
-        "frequency_hz": float(critical.frequency_hz),
-        "whirl": str(critical.whirl),
-        "log_decrement": float(critical.log_decrement) or None,
-        "amplification_factor": critical.amplification_factor,
+        **critical_speed_numbers(critical),
         "critically_damped": not critical.counts(results.scene.criteria.rule),
         "excited_by": list(found.excited_by),
         "excited": excitation.excited,

@@ -38,7 +38,7 @@ from solidwhirl.scene_checks.recovery_references import meshes_for
 from solidwhirl.scene_checks.speeds_asked import top_speed
 from solidwhirl.scene_reading.weight import refuse_unsupported
 
-__all__ = ["ExcitedCriticalSpeed", "Reduced", "Results", "reduced", "run_scene"]
+__all__ = ["ExcitedCriticalSpeed", "Reduced", "ReducedBodies", "Results", "reduced", "run_scene"]
 
 
 def run_scene(
@@ -83,7 +83,7 @@ def run_scene(
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Reduced:
+class ReducedBodies:
     """The bodies of a scene after their reduction, before they are assembled."""
 
     job: Job
@@ -92,6 +92,12 @@ class Reduced:
     bodies: Mapping[str, BodyResult]
     elements: Mapping[str, Superelement]
     beams: BeamBodies
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Reduced(ReducedBodies):
+    """The same, with what results tell of how they came about."""
+
     doubts: tuple[Doubt, ...]
     rounds: tuple[Round, ...]
     forecast: Forecast

@@ -14,6 +14,7 @@ from solidwhirl.core.stages import silent
 from solidwhirl.drawing.bodies import silhouettes
 from solidwhirl.estimates.documents import critical_speed_entry
 from solidwhirl.estimates.results import Estimates
+from solidwhirl.output.documents import critical_speed_numbers
 from solidwhirl.page.drawing.engine import small_drawing
 from solidwhirl.page.frame.plotly_chart import page_chart
 from solidwhirl.page.frame.render import chart_data, inline_html, table_html, text_html
@@ -24,7 +25,6 @@ from solidwhirl.pipeline.engine_stages import ExcitedCriticalSpeed
 from solidwhirl.pipeline.verdict_text import stability_answers
 from solidwhirl.reduced_scene import ReducedScene
 from solidwhirl.rotordyn import Campbell
-from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.plots.campbell import campbell_chart
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.operating import operating_speeds
@@ -70,7 +70,7 @@ def quick_diagram(reduced: ReducedScene) -> Diagram:
         plan=replace(job.plan, speeds_rad_s=speeds),
         stage_cache=StageCache(store=None, progress=silent),  # nobody asks for this again
     )
-    found = diagram_of(ReducedScene(reduced=replace(reduced.reduced, job=quick)))
+    found = diagram_of(reduced.with_job(quick))
     return replace(found, campbell=replace(found.campbell, notes=()))
 
 
@@ -124,13 +124,8 @@ def _entry(
     found: ExcitedCriticalSpeed, number: int, estimates: Estimates | None
 ) -> Mapping[str, Any]:
     """A critical speed as `results.json` has it, as far as the table reads it."""
-    critical = found.critical
     return {
-        "speed_rpm": float(critical.speed_rad_s * RPM_PER_RAD_S),
-        "frequency_hz": float(critical.frequency_hz),
-        "whirl": str(critical.whirl),
-        "log_decrement": float(critical.log_decrement) or None,
-        "amplification_factor": critical.amplification_factor,
+        **critical_speed_numbers(found.critical),
         "excited_by": list(found.excited_by),
         **({} if estimates is None else critical_speed_entry(estimates, number)),
     }

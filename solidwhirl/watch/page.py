@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 from pathlib import Path
 
-from solidwhirl.page.frame.assets import asset
+from solidwhirl.page.frame.assets import asset, environment
 
 _FOLDER = Path(__file__).with_name("assets")
 
@@ -13,18 +13,9 @@ _FOLDER = Path(__file__).with_name("assets")
 @cache
 def watch_page() -> str:
     """Return the page; all that it shows comes over its connection."""
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
-    environment = Environment(
-        loader=FileSystemLoader(_FOLDER),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     styles = (asset("style.css"), _text("watch.css"))
     scripts = (asset("page.js"), _text("watch.js"))
-    return environment.get_template("watch.html").render(styles=styles, scripts=scripts)
+    return environment(_FOLDER).get_template("watch.html").render(styles=styles, scripts=scripts)
 
 
 def _text(name: str) -> str:

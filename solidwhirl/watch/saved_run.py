@@ -12,17 +12,13 @@ from solidwhirl.bodies.reduction import Clock
 from solidwhirl.cache.files import MemoryStore
 from solidwhirl.core.errors import KeyPath, SceneError, UserError
 from solidwhirl.core.stages import silent
-from solidwhirl.cost.forecast import forecast
 from solidwhirl.files.run_folder import SCENE
 from solidwhirl.identify.scene import scene_text
-from solidwhirl.meshing.imported.records import AnyBody
 from solidwhirl.model.bodies import build_bodies
-from solidwhirl.model.effects import make_plan
-from solidwhirl.model.mesh_bodies import build_mesh_bodies
 from solidwhirl.pipeline.body_stages import Job
 from solidwhirl.pipeline.cached_stages import StageCache
-from solidwhirl.pipeline.run import Reduced
-from solidwhirl.reduced_scene import ReducedScene
+from solidwhirl.pipeline.run import ReducedBodies
+from solidwhirl.reduced_scene import ReducedScene, plan_of
 from solidwhirl.rotordyn import read_superelement
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_reading.paths import with_entries
@@ -30,6 +26,10 @@ from solidwhirl.scene_reading.reader import parse_scene, scene_hash
 from solidwhirl.watch.session import RESTS, Session, Shown, remarks_on
 
 _ANEW = "run the scene again"
+_WITHOUT_BANDS = (
+    "Bodies come from the files of the run, which hold nothing to estimate errors from: there are "
+    "no error bands."
+)
 
 
 class SavedRun:
@@ -52,11 +52,7 @@ class SavedRun:
                 reduced=self._reduced,
                 data=self._data,
                 level=f"{', '.join(levels)}, from files",
-                remarks=(
-                    "Bodies come from the files of the run, which hold nothing to estimate errors "
-                    "from: there are no error bands.",
-                    *(r for r in remarks_on(self._reduced) if "error" not in r),
-                ),
+                remarks=remarks_on(self._reduced, _WITHOUT_BANDS),
             )
         )
 
@@ -117,26 +113,20 @@ def _reduced(folder: Path, scene: Scene, document: Mapping[str, Any]) -> Reduced
             raise UserError(f"{path}: is missing; {_ANEW}")
         elements[name] = read_superelement(path)
     geometry = build_bodies(scene)
-    levels = [elements[name].level for name in geometry if not geometry[name].features]
-    plan = make_plan(scene, geometry, levels[0] if levels else None)
-    solids: dict[str, AnyBody] = {**geometry, **build_mesh_bodies(scene)}
     job = Job(
         scene=scene,
-        plan=plan,
+        plan=plan_of(scene, geometry, elements),
         comm=None,
         clock=Clock(),
         stage_cache=StageCache(store=MemoryStore(most=RESTS), progress=silent),
     )
     return ReducedScene(
-        reduced=Reduced(
+        reduced=ReducedBodies(
             job=job,
             geometry=geometry,
             bodies={},
             elements=elements,
             beams=BeamBodies(elements={}, variants=(), finer={}),
-            doubts=(),
-            rounds=(),
-            forecast=forecast(scene, plan, solids),
         )
     )
 

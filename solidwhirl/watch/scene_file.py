@@ -137,8 +137,7 @@ class SceneFile:
     def _put(self, read: _Read, reduced: ReducedScene, *, preliminary: bool = False) -> None:
         # from here on sliders ask, not this thread
         cache = StageCache(store=self._rests, progress=silent)
-        job = replace(reduced.reduced.job, stage_cache=cache)
-        reduced = ReducedScene(reduced=replace(reduced.reduced, job=job))
+        reduced = reduced.with_job(replace(reduced.reduced.job, stage_cache=cache))
         levels = ", ".join(dict.fromkeys(e.level for e in reduced.reduced.elements.values()))
         self._last = read
         if not preliminary:

@@ -9,6 +9,7 @@ import time
 import traceback
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -48,6 +49,11 @@ class Shown:
     is_preliminary: bool = False
     #: What the page has to say of it
     remarks: tuple[str, ...] = ()
+
+    @cached_property
+    def controls(self) -> Controls:
+        """The sliders."""
+        return controls_of(self.data)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -101,7 +107,6 @@ class Session:
         self._lock = threading.Lock()
         self._messages: dict[str, str] = {}
         self._shown: Shown | None = None
-        self._controls = Controls(sliders=(), fixed=())
         self._positions: dict[str, float] = {}
         self._slow: Shown | None = None  # of which a picture takes long
         self._pictures = Newest(self._draw, "pictures")
@@ -132,7 +137,6 @@ class Session:
             before, self._shown = self._shown, shown
             if before is None or before.data != shown.data:
                 self._positions = {}
-            self._controls = controls_of(shown.data)
             wanted = _Wanted(shown=shown, positions=dict(self._positions), is_moving=False)
             scene = self._messages["scene"] = self._scene_message()
         self._tell(scene)
@@ -155,7 +159,7 @@ class Session:
         with self._lock:
             if self._shown is None:
                 return
-            known = {s.name for s in self._controls.sliders}
+            known = {s.name for s in self._shown.controls.sliders}
             self._positions = {
                 name: float(value)
                 for name, value in positions.items()
@@ -168,7 +172,8 @@ class Session:
     def write(self, name: str) -> None:
         """Write the positions of the sliders into the file, or a new one of a name."""
         with self._lock:
-            numbers = self._controls.moved(self._positions)
+            shown = self._shown
+            numbers = {} if shown is None else shown.controls.moved(self._positions)
         try:
             if not numbers:
                 raise UserError("no slider has moved; nothing to write")
@@ -219,7 +224,7 @@ class Session:
     def _at(self, wanted: _Wanted) -> ReducedScene:
         """The bodies on the supports that the sliders say."""
         reduced = wanted.shown.reduced
-        numbers = controls_of(wanted.shown.data).moved(wanted.positions)
+        numbers = wanted.shown.controls.moved(wanted.positions)
         if not numbers:
             return reduced
         return reduced.in_scene(scene_at(reduced.scene, wanted.shown.data, numbers))
@@ -227,7 +232,7 @@ class Session:
     def _scene_message(self) -> str:
         """What the page knows of the scene and its sliders, where they are now; with the lock."""
         assert self._shown is not None
-        scene, controls = self._shown.reduced.scene, self._controls
+        scene, controls = self._shown.reduced.scene, self._shown.controls
         return _text(
             "scene",
             {
@@ -264,8 +269,13 @@ class Session:
         self._tell(text)
 
 
-def remarks_on(reduced: ReducedScene) -> tuple[str, ...]:
-    """Return what the page does not show of a scene, or slower, and why."""
+def remarks_on(
+    reduced: ReducedScene, without_bands: str = "No error bands: error estimates are off."
+) -> tuple[str, ...]:
+    """Return what the page does not show of a scene, or slower, and why.
+
+    `without_bands`: what to say where nothing can be estimated.
+    """
     scene, found = reduced.scene, []
     if is_asymmetric(reduced):
         found.append(
@@ -273,7 +283,7 @@ def remarks_on(reduced: ReducedScene) -> tuple[str, ...]:
             "no error bands."
         )
     elif scene.model.estimates == "off":
-        found.append("No error bands: error estimates are off.")
+        found.append(without_bands)
     if scene.analyses:
         kinds = ", ".join(dict.fromkeys(a.kind for a in scene.analyses))
         found.append(f"Not shown here: analyses ({kinds}); a run computes them.")

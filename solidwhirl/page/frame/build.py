@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from functools import cache
 
 from solidwhirl.page.frame import render
-from solidwhirl.page.frame.assets import FOLDER, asset, plotly_file
+from solidwhirl.page.frame.assets import asset, environment, plotly_file
 from solidwhirl.page.frame.records import Block, Chart, ModeViewer, Section
 
 
@@ -17,28 +17,20 @@ def page_html(sections: Sequence[Section], *, title: str, name: str) -> str:
 
     Raises ValueError if two sections or two charts have the same name.
     """
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
     blocks = [block for section in sections for block in section.every_block]
     drawn = [block for block in blocks if isinstance(block, Chart | ModeViewer)]
     names = [s.name for s in sections] + [b.name for b in drawn]
     if twice := sorted({name for name in names if names.count(name) > 1}):
         raise ValueError(f"sections or charts with the same name: {', '.join(twice)}")
-    environment = Environment(
-        loader=FileSystemLoader(FOLDER),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters |= {
+    made = environment()
+    made.filters |= {
         "line": render.inline_html,
         "text": render.text_html,
         "rows": render.table_html,
         "picture": render.picture_html,
         "data": render.data_json,
     }
-    return environment.get_template("page.html").render(
+    return made.get_template("page.html").render(
         sections=sections,
         title=title,
         name=name,
