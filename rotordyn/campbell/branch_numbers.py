@@ -14,7 +14,8 @@ from solidwhirl.rotordyn.assembly.coordinates import body_rows
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.campbell.body_frames import branch_columns
 from solidwhirl.rotordyn.campbell.diagram import Campbell
-from solidwhirl.rotordyn.campbell.tracking import Tracker, mode_columns, overlaps
+from solidwhirl.rotordyn.campbell.matching import mode_columns, overlaps
+from solidwhirl.rotordyn.campbell.tracking import Tracker
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
 from solidwhirl.rotordyn.modes.centreline import interface_rows
 from solidwhirl.rotordyn.modes.eigen import Modes, modes_at_speed

@@ -12,25 +12,28 @@ from itertools import combinations, pairwise
 from typing import Literal, NamedTuple
 
 import numpy as np
+from scipy.interpolate import BarycentricInterpolator
+from scipy.optimize import brentq
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, matrices_at_speed
-from solidwhirl.rotordyn.campbell.tracking import (
+from solidwhirl.rotordyn.campbell.continued import turning_point
+from solidwhirl.rotordyn.campbell.matching import (
     GOOD_OVERLAP,
     SAME_FREQUENCY,
-    Chain,
     Tracked,
-    Tracker,
     mode_columns,
     overlaps,
 )
+from solidwhirl.rotordyn.campbell.tracking import Chain, Tracker
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, IntArray
 from solidwhirl.rotordyn.modes.damping import PEAKLESS, damping_ratio
 from solidwhirl.rotordyn.modes.eigen import Modes, scaled_stiffness, whole_group_count
 
 # Frequencies closer than this (relative) at rest are equal.
 _EQUAL = 1e-8
-# A frequency in proportion to the speed is so within this factor.
-_PROPORTION = 1.5
+# A frequency in proportion to the speed is so within this factor; one that may have been born of
+# real eigenvalues elsewhere within that.
+_PROPORTION, _IN_PROPORTION = 1.5, 1.001
 # Speeds looked at between rest and the first one asked for, at most.
 _MOST_BEFORE = 16
 # Times that branches met late are followed again from where they begin.
@@ -79,7 +82,9 @@ def follow(
     from zero first, equal ones by that at the next speed; then those that begin at a speed, by that
     speed.
     """
-    for count in sorted({min(assembled.size, selection.first_count), assembled.size}):
+    # where the whole spectrum is computed anyway, some of it would save nothing
+    least = selection.first_count if assembled.is_conservative else assembled.size
+    for count in sorted({min(assembled.size, least), assembled.size}):
         tracker = Tracker(assembled, count, selection.needed)
         ways = _way(assembled, speeds_rad_s, 1.0), _way(assembled, speeds_rad_s, -1.0)
         toward = (*ways[0], *ways[1], 0.0)[0]
@@ -183,6 +188,7 @@ def begins(at_speeds: Sequence[Tracked], rest: int) -> tuple[IntArray, BoolArray
     begin = np.where(alive, np.abs(places - rest), len(at_speeds)).argmin(axis=0)
     speeds = np.array([abs(at_speed.modes.speed_rad_s) for at_speed in at_speeds])
     omega = np.array([at_speed.values().imag for at_speed in at_speeds])
+    reals = np.array([at_speed.modes.real_eigenvalues.size for at_speed in at_speeds])
     lifted = np.abs(begin - rest) == 1
     for branch in np.flatnonzero(np.abs(begin - rest) > 1):
         at = begin[branch]
@@ -191,7 +197,9 @@ def begins(at_speeds: Sequence[Tracked], rest: int) -> tuple[IntArray, BoolArray
         if beyond.any():
             far = np.flatnonzero(beyond)[np.argmin(speeds[beyond])]
             ratio = omega[at, branch] / speeds[at] / (omega[far, branch] / speeds[far])
-            lifted[branch] = 1.0 / _PROPORTION < ratio < _PROPORTION
+            was_real = reals[at - np.sign(at - rest)] > reals[at]
+            bound = _IN_PROPORTION if was_real else _PROPORTION
+            lifted[branch] = 1.0 / bound < ratio < bound
     return begin, lifted
 
 
@@ -272,7 +280,7 @@ def branch_notes(
         *_range_notes(assembled, at_speeds),
         *_indefinite_notes(assembled, at_speeds),
         *_meeting_notes(assembled, at_speeds),
-        *_end_notes(at_speeds),
+        *_end_notes(assembled, at_speeds),
         *_ambiguity_notes(at_speeds),
     )
 
@@ -324,7 +332,7 @@ def _loss_of_stiffness(
     return indefinite, negative(indefinite)
 
 
-def _end_notes(at_speeds: Sequence[Tracked]) -> Iterator[TrackingNote]:
+def _end_notes(assembled: AssembledSystem, at_speeds: Sequence[Tracked]) -> Iterator[TrackingNote]:
     """Say where branches begin and end, and why."""
     if not any((at_speed.columns >= 0).any() for at_speed in at_speeds):
         speed = at_speeds[0].modes.speed_rad_s
@@ -335,15 +343,18 @@ def _end_notes(at_speeds: Sequence[Tracked]) -> Iterator[TrackingNote]:
     for before, after in pairwise(at_speeds):
         alive = before.columns >= 0, after.columns >= 0
         for branch in np.flatnonzero(alive[0] != alive[1]):
+            moving, still = (after, before) if alive[1][branch] else (before, after)
+            state = _state(moving, still, int(branch))
             place = 0.5 * (before.modes.speed_rad_s + after.modes.speed_rad_s)
             outer = abs(after.modes.speed_rad_s) > abs(before.modes.speed_rad_s)
             if lifted.size and lifted[branch] and alive[outer][branch]:
                 place = 0.0
+            elif state in ("overdamped", "diverges"):
+                mode = mode_columns(moving.modes, moving.columns[[branch]])
+                place = turning_point(assembled, mode, still.modes.speed_rad_s).speed_rad_s
             if alive[1][branch]:
-                state = _state(after, before, int(branch))
                 text = f"branch {branch + 1} begins at {place:.6g} rad/s, {_FROM[state]}"
             else:
-                state = _state(before, after, int(branch))
                 text = f"branch {branch + 1} ends at {place:.6g} rad/s, {_TO[state]}"
             kind: Literal["begun", "ended"] = "begun" if alive[1][branch] else "ended"
             yield TrackingNote(kind=kind, speed_rad_s=place, branches=(int(branch),), text=text)
@@ -387,7 +398,7 @@ def _meeting_notes(
         apart = np.flatnonzero(np.abs(gap) > SAME_FREQUENCY * omega[:, first])
         for left, right in pairwise(apart):
             if gap[left] * gap[right] < 0:
-                speed = _meeting_speed(speeds[left : right + 1], gap[left : right + 1])
+                speed = _meeting_speed(speeds, gap, int(left), int(right))
                 text = f"branches {first + 1} and {second + 1} cross near {speed:.6g} rad/s"
                 yield TrackingNote(
                     kind="crossing", speed_rad_s=speed, branches=(first, second), text=text
@@ -403,11 +414,12 @@ def _meeting_notes(
             )
 
 
-def _meeting_speed(speeds: FloatArray, gap: FloatArray) -> float:
-    """Return where a distance that changes its sign is zero, from the points nearest to it."""
-    if speeds.size > 2:
-        return float(speeds[np.abs(gap).argmin()])
-    return float(speeds[0] + gap[0] / (gap[0] - gap[1]) * (speeds[1] - speeds[0]))
+def _meeting_speed(speeds: FloatArray, gap: FloatArray, left: int, right: int) -> float:
+    """Return where a distance is zero between two places, by a cubic through those around it."""
+    around = np.arange(max(0, left - 1), min(speeds.size, right + 2))
+    around = around[np.isfinite(gap[around])]
+    cubic = BarycentricInterpolator(speeds[around], gap[around])
+    return float(brentq(lambda speed: float(cubic(speed)), speeds[left], speeds[right]))
 
 
 def _veerings(

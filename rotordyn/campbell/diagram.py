@@ -16,7 +16,7 @@ from solidwhirl.rotordyn.campbell.branches import (
     follow,
     lowest,
 )
-from solidwhirl.rotordyn.campbell.tracking import Tracked
+from solidwhirl.rotordyn.campbell.matching import Tracked
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyArrays, StringArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.reprs import lines_of, speed_range

@@ -55,7 +55,9 @@ def sharpened(problem: tuple[Matrix, Matrix, Matrix], roots: Roots) -> tuple[Roo
         largest = np.maximum(np.abs(matrix), cancelled)
         size += np.abs(values) ** power * (np.abs(left) * (largest @ np.abs(right)).T).sum(axis=1)
     apart = np.abs(values[:, None] - values)
-    np.fill_diagonal(apart, np.inf)
+    # of the pairs of a real problem only one may be here
+    paired = (values.imag != 0) & all(map(np.isrealobj, problem))
+    np.fill_diagonal(apart, np.where(paired, 2.0 * np.abs(values.imag), np.inf))
     apart = np.maximum(apart.min(axis=1, initial=np.inf), tolerance)
     second = np.where(alive, tolerance, 0.0) ** 2 / np.where(alive, apart, 1.0)
     left_over = _SOLVER_ROUNDINGS * np.finfo(float).eps * size + second
@@ -80,6 +82,17 @@ def dual_of(vectors: ComplexArray) -> ComplexArray:
     except la.LinAlgError:
         # exactly defective: the vectors that belong together are as good as any
         return np.asarray(la.pinv(vectors, rtol=np.finfo(float).eps))
+
+
+def _real_dual(values: ComplexArray, vectors: ComplexArray) -> ComplexArray:
+    """Return the left vectors of a real matrix, where Im λ ≥ 0; others have no meaning.
+
+    `values`, `vectors`: as LAPACK gives them, of each pair first that of Im λ > 0. The inverse of
+    their real and imaginary parts is a quarter of the work of that of complex vectors.
+    """
+    own = dual_of(np.where(values.imag < 0, -vectors.imag, vectors.real))
+    pairs = values.imag > 0
+    return np.where(pairs[:, None], 0.5 * (own - 1j * np.roll(own, -1, axis=0)), own)
 
 
 def diagonal(left: ComplexArray, right: ComplexArray) -> ComplexArray:
@@ -133,7 +146,10 @@ class Spectrum(NamedTuple):
 
 
 class Eigenvalues(NamedTuple):
-    """All eigenvalues, 0 exactly for those at zero, and shapes (n, 2n)."""
+    """Eigenvalues, 0 exactly for those at zero, and shapes (n, m).
+
+    All 2n of a complex problem; of a real one those with Im λ ≥ 0.
+    """
 
     values: ComplexArray
     shapes: ComplexArray
@@ -404,8 +420,8 @@ def general_eigenvalues(scaled: Scaled, stiffness: Matrix, velocity: Matrix) -> 
     """Return all eigenvalues of λ²M + λV + K, see `solve_general`.
 
     `scaled`: of the Hermitian part of K; `stiffness`, `velocity`: K and V, real or complex, in the
-    scaled coordinates, shape (n, n). Returns unsorted, shapes in the scaled
-    coordinates.
+    scaled coordinates, shape (n, n). Returns unsorted, shapes in the scaled coordinates; of the
+    pairs of a real problem one.
     """
     shift, reference = _real_shift(scaled, stiffness, velocity)
     zeros = _zero_count(scaled, stiffness, velocity, reference)
@@ -436,8 +452,12 @@ def _solved(
     inverse, vectors = la.eig(companion, overwrite_a=True, check_finite=False)
     values = shift + reciprocal(inverse)
     values[np.argsort(np.abs(values), kind="stable")[:zeros]] = 0.0
-    vectors = vectors.astype(complex)
-    dual = dual_of(vectors)
+    if is_real:
+        upper = inverse.imag >= 0
+        dual = _real_dual(inverse, vectors)[upper].conj()
+        values, vectors = values[upper].conj(), vectors[:, upper].conj().astype(complex)
+    else:
+        dual = dual_of(vectors)
     right = la.solve_triangular(lower, vectors[:n], lower=True, trans="C")
     left = la.solve_triangular(lower, la.solve(regular.T, dual[:, :n].T), lower=True, trans="T")
     tolerance = eigensolver_rounding(norm, dual, vectors) * np.abs(values - shift) ** 2
@@ -446,7 +466,7 @@ def _solved(
     # a real root of a real problem stays real
     real = is_real & (values.imag == 0)
     values = np.where(real, roots.values.real, roots.values)
-    turning = (values.imag > 0) | ((values.imag < 0) & (not is_real))
+    turning = values.imag != 0
     for at in np.flatnonzero(turning & (np.abs(values) < _SLOW * shift)):
         values[at], right[:, at] = _iterated(complex(values[at]), right[:, at], problem)
     return Eigenvalues(values, right)

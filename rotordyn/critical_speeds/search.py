@@ -11,7 +11,9 @@ import numpy as np
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, matrices_at_speed
 from solidwhirl.rotordyn.campbell.branches import all_below, follow
-from solidwhirl.rotordyn.campbell.tracking import CREEPING, Tracked, match_modes
+from solidwhirl.rotordyn.campbell.continued import continued, turning_point
+from solidwhirl.rotordyn.campbell.matching import Tracked, match_modes, mode_columns
+from solidwhirl.rotordyn.campbell.places import CREEPING
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.dense import scale_by_stiffness
 from solidwhirl.rotordyn.core.errors import AnalysisError
@@ -31,12 +33,14 @@ from solidwhirl.rotordyn.modes.damping import (
     damping_ratio,
     log_decrement,
 )
-from solidwhirl.rotordyn.modes.eigen import modes_at_speed, scaled_stiffness
+from solidwhirl.rotordyn.modes.eigen import Modes, modes_at_speed, scaled_stiffness
 from solidwhirl.rotordyn.modes.whirl import separated_whirl, whirl_direction
 
 # Steps of the search for a damped critical speed, and its relative accuracy.
 _ROOT_STEPS = 80
 _ROOT_ACCURACY = 1e-12
+# A motion that begins below this fraction of the largest speed may begin at rest.
+_AT_REST = 1e-6
 
 
 class _Meeting(NamedTuple):
@@ -140,7 +144,8 @@ def critical_speeds(
     several critical speeds. An isotropic system is solved for forward and backward whirl apart.
 
     With damping, the branches are followed from rest and Im λ(Ω) = αΩ is solved on each; steps
-    begin and end at the critical speeds without damping and the knots of speed laws.
+    begin and end at the critical speeds without damping and the knots of speed laws. Motions that
+    creep, of a damping ratio above 0.995, are left out.
     """
     ratio, limit = checked_excitation(assembled, excitation_ratio, speed_max_rad_s)
     if _is_undamped_problem(assembled):
@@ -300,43 +305,71 @@ def _damped(
 def _meetings(
     assembled: AssembledSystem, at_speeds: Sequence[Tracked], ratio: float
 ) -> list[_Meeting]:
-    """Return where branches meet the line, by rising speed."""
-    found = []
+    """Return where branches meet the line."""
+    found, least = [], _AT_REST * max(abs(at_speed.modes.speed_rad_s) for at_speed in at_speeds)
     for before, after in pairwise(at_speeds):
         for branch in range(before.columns.size):
-            if before.columns[branch] >= 0 and after.columns[branch] >= 0:
-                miss = [_miss(at_speed, branch, ratio) for at_speed in (before, after)]
+            ends = _ends(assembled, before, after, branch, least)
+            if ends is not None:
+                miss = [_miss(modes, ratio) for modes in ends]
                 if miss[0] > 0 >= miss[1] or miss[0] < 0 <= miss[1]:
-                    found.append(_solve_on_branch(assembled, before, after, branch, ratio))
-    return [meeting for meeting in found if meeting is not None]
+                    found.append(_solve_on_branch(assembled, *ends, ratio))
+    return [m for m in found if m is not None and not _creeps(np.array([m.value]))]
 
 
-def _miss(at_speed: Tracked, branch: int, ratio: float) -> float:
-    return float(at_speed.values()[branch].imag - ratio * at_speed.modes.speed_rad_s)
+def _creeps(values: ComplexArray) -> bool:
+    return bool((damping_ratio(values) > CREEPING).all())
+
+
+def _ends(
+    assembled: AssembledSystem, before: Tracked, after: Tracked, branch: int, least: float
+) -> tuple[Modes, Modes] | None:
+    """Return one branch at two speeds, or from where it begins or to where it ends in between.
+
+    `least`: what begins below that speed is not told from what the spin lifts from rest. None for
+    what creeps at both.
+    """
+    sides = [
+        mode_columns(at_speed.modes, at_speed.columns[[branch]])
+        if at_speed.columns[branch] >= 0
+        else None
+        for at_speed in (before, after)
+    ]
+    low, high = sides
+    if all(side is None or _creeps(side.eigenvalues) for side in sides):
+        return None
+    if low is not None and high is not None:
+        return low, high
+    begin, end = before.modes.speed_rad_s, after.modes.speed_rad_s
+    pairs = before.modes.real_eigenvalues.size - after.modes.real_eigenvalues.size
+    if end <= least:
+        return None
+    if high is not None and pairs > 0:
+        return turning_point(assembled, high, begin), high
+    return (low, turning_point(assembled, low, end)) if low is not None and pairs < 0 else None
+
+
+def _miss(mode: Modes, ratio: float) -> float:
+    return float(mode.eigenvalues[0].imag - ratio * mode.speed_rad_s)
 
 
 def _solve_on_branch(
-    assembled: AssembledSystem,
-    before: Tracked,
-    after: Tracked,
-    branch: int,
-    ratio: float,
+    assembled: AssembledSystem, low: Modes, high: Modes, ratio: float
 ) -> _Meeting | None:
     """Return Ω, λ and φ where a branch meets the line between two speeds (Illinois method).
 
     None for an overdamped motion that ceases to oscillate on the way.
     """
-    low, high = before.select(np.array([branch])), after.select(np.array([branch]))
-    miss_low, miss_high = _miss(low, 0, ratio), _miss(high, 0, ratio)
+    miss_low, miss_high = _miss(low, ratio), _miss(high, ratio)
     nearest = low
     for _ in range(_ROOT_STEPS):
-        begin, end = low.modes.speed_rad_s, high.modes.speed_rad_s
+        begin, end = low.speed_rad_s, high.speed_rad_s
         speed = begin - miss_low * (end - begin) / (miss_high - miss_low)
-        found = _branch_at(assembled, low, high, speed)
+        found = continued(assembled, low, high, speed)
+        found = found or _in_the_whole_spectrum(assembled, low, high, speed)
         if found is None:
             return None
-        nearest = found
-        miss = _miss(nearest, 0, ratio)
+        nearest, miss = found, _miss(found, ratio)
         if abs(miss) <= _ROOT_ACCURACY * ratio * speed or abs(end - begin) <= 1e-14 * end:
             break
         if miss * miss_high < 0:
@@ -344,23 +377,20 @@ def _solve_on_branch(
         else:
             miss_low *= 0.5
         high, miss_high = nearest, miss
-    column = int(nearest.columns[0])
-    value = complex(nearest.modes.eigenvalues[column])
-    return _Meeting(nearest.modes.speed_rad_s, value, nearest.modes.shapes[:, column])
+    return _Meeting(nearest.speed_rad_s, complex(nearest.eigenvalues[0]), nearest.shapes[:, 0])
 
 
-def _branch_at(
-    assembled: AssembledSystem, low: Tracked, high: Tracked, speed: float
-) -> Tracked | None:
+def _in_the_whole_spectrum(
+    assembled: AssembledSystem, low: Modes, high: Modes, speed: float
+) -> Modes | None:
     """Return one branch at a speed between two, from the nearer one."""
-    distances = [abs(at_speed.modes.speed_rad_s - speed) for at_speed in (low, high)]
+    distances = [abs(modes.speed_rad_s - speed) for modes in (low, high)]
     here = low if distances[0] <= distances[1] else high
-    match = match_modes(assembled, here.modes, modes_at_speed(assembled, speed))
-    column = match.partner[here.columns]
-    if (column < 0).any():
-        if (damping_ratio(here.values()) > CREEPING).all():
+    match = match_modes(assembled, here, modes_at_speed(assembled, speed))
+    if match.partner[0] < 0:
+        if _creeps(here.eigenvalues):
             return None
         raise AnalysisError(
-            f"the branch at {here.modes.speed_rad_s:.6g} rad/s has no partner at {speed:.6g} rad/s"
+            f"the branch at {here.speed_rad_s:.6g} rad/s has no partner at {speed:.6g} rad/s"
         )
-    return Tracked(modes=match.second, columns=column, overlap=match.mac[here.columns])
+    return mode_columns(match.second, match.partner)

@@ -9,7 +9,7 @@ import numpy as np
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.campbell.body_frames import branch_columns
 from solidwhirl.rotordyn.campbell.diagram import Campbell
-from solidwhirl.rotordyn.campbell.tracking import mode_columns
+from solidwhirl.rotordyn.campbell.matching import mode_columns
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.estimates.eigenvalue_errors import (
     FrequencyErrors,

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, speed_derivative
-from solidwhirl.rotordyn.campbell.tracking import mode_columns
+from solidwhirl.rotordyn.campbell.matching import mode_columns
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.critical_speeds.search import CriticalSpeed

@@ -149,7 +149,8 @@ def test_critical_speeds_are_the_same(case):
     assert len(first) == len(second) > 3
     for one, two in zip(first, second, strict=True):
         assert two.speed_rad_s == pytest.approx(one.speed_rad_s, rel=SAME)
-        assert two.log_decrement == pytest.approx(one.log_decrement, abs=1e-8)
+        # that of a motion that creeps is 1e7, with the digits of its frequency
+        assert two.log_decrement == pytest.approx(one.log_decrement, rel=SAME, abs=1e-8)
         assert two.whirl == one.whirl
         matrices = rd.matrices_at_speed(other, two.speed_rad_s)
         velocity = matrices.damping + matrices.gyroscopic

@@ -1,0 +1,105 @@
+"""Where between two speeds branches need a closer look."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from solidwhirl.rotordyn.assembly.system import AssembledSystem
+from solidwhirl.rotordyn.campbell.continued import meeting_of
+from solidwhirl.rotordyn.campbell.matching import (
+    GOOD_OVERLAP,
+    POOR_OVERLAP,
+    SAME_FREQUENCY,
+    Match,
+    Tracked,
+    mode_columns,
+)
+from solidwhirl.rotordyn.core.arrays import BoolArray, IntArray
+from solidwhirl.rotordyn.modes.damping import damping_ratio
+
+# Above this damping ratio a motion creeps: which of many it is at the next speed is no matter.
+CREEPING = 0.995
+
+
+def place_to_look(
+    assembled: AssembledSystem, here: Tracked, match: Match, wanted: IntArray
+) -> tuple[float, bool]:
+    """Return a speed between two that should be looked at, nan if none, and if closely.
+
+    `here`: branches at the first speed; `match`: of the modes at both; `wanted`: columns of the
+    second that are to be on branches. Halves the step where a branch changes much, begins or ends;
+    where two branches exchange their order and do not just pass through each other, goes to where
+    they meet. Of motions that creep more than they oscillate only beginnings and ends matter. What
+    begins or ends because real eigenvalues become a pair, or a pair real ones, needs no look.
+    """
+    begin, end = match.first.speed_rad_s, match.second.speed_rad_s
+    creeping = [damping_ratio(m.eigenvalues) > CREEPING for m in (match.first, match.second)]
+    tracked = here.columns[here.columns >= 0]
+    gone, new = _turned(assembled.size, match)
+    tracked, wanted = np.setdiff1d(tracked, gone), np.setdiff1d(wanted, new)
+    back = np.zeros(match.second.eigenvalues.size)
+    back[match.partner[match.partner >= 0]] = match.mac[match.partner >= 0]
+    mac = np.concatenate((match.mac[tracked], back[wanted]))
+    creeps = np.concatenate((creeping[0][tracked], creeping[1][wanted]))
+    if (mac[~creeps] < GOOD_OVERLAP).any() or (mac[creeps] <= POOR_OVERLAP).any():
+        return 0.5 * (begin + end), bool((mac[~creeps] < GOOD_OVERLAP).any())
+    return _veering_of(assembled, match, tracked[~creeping[0][tracked]]), True
+
+
+def _turned(size: int, match: Match) -> tuple[IntArray, IntArray]:
+    """Return which modes of the first speed turn real up to the second, and which come from there.
+
+    Only if the numbers of real eigenvalues say so; not from rest on, where zeros may be lifted.
+    """
+    none = np.empty(0, dtype=int)
+    first, second = match.first, match.second
+    counts = [
+        2 * m.eigenvalues.size + m.real_eigenvalues.size + m.zero_count for m in (first, second)
+    ]
+    good = match.mac > POOR_OVERLAP
+    gone = np.flatnonzero(~good)
+    new = np.setdiff1d(np.arange(second.eigenvalues.size), match.partner[good])
+    turned = first.real_eigenvalues.size - second.real_eigenvalues.size
+    told = counts == [2 * size] * 2 and first.zero_count == second.zero_count
+    if not told or (gone.size and new.size) or turned != 2 * (new.size - gone.size):
+        return none, none
+    return (none, none) if 0.0 in (first.speed_rad_s, second.speed_rad_s) else (gone, new)
+
+
+def _veering_of(assembled: AssembledSystem, match: Match, tracked: IntArray) -> float:
+    """Return where two branches exchange their order but may not pass through; nan if nowhere."""
+    paired = np.flatnonzero((match.partner >= 0) & (match.mac > POOR_OVERLAP))
+    mine = tracked[np.isin(tracked, paired)]
+    if not mine.size:
+        return float("nan")
+    after = match.second.eigenvalues.imag[match.partner]
+    before = match.first.eigenvalues.imag
+    gap_before = before[paired] - before[mine, None]
+    gap_after = after[paired] - after[mine, None]
+    crossed = gap_before * gap_after < 0
+    crossed &= np.abs(gap_before) > SAME_FREQUENCY * before[mine, None]
+    crossed &= np.abs(gap_after) > SAME_FREQUENCY * after[mine, None]
+    crossed &= _may_mix(match, mine, paired)
+    seen = set()
+    for row, column in np.argwhere(crossed):
+        pair = np.array(sorted((mine[row], paired[column])))
+        if tuple(pair) in seen:
+            continue
+        seen.add(tuple(pair))
+        low = mode_columns(match.first, pair)
+        high = mode_columns(match.second, match.partner[pair])
+        speed, is_passed = meeting_of(assembled, low, high)
+        if not is_passed:
+            return speed
+    return float("nan")
+
+
+def _may_mix(match: Match, mine: IntArray, others: IntArray) -> BoolArray:
+    """Tell which modes can veer: those of one family, or any where families are not known."""
+    families = [match.first.family, match.second.family]
+    columns = [(mine, others), (match.partner[mine], match.partner[others])]
+    mixing = np.ones((mine.size, others.size), dtype=bool)
+    for family, (left, right) in zip(families, columns, strict=True):
+        if family is not None:
+            mixing &= family[left][:, None] == family[right]
+    return mixing

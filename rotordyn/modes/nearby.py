@@ -1,0 +1,88 @@
+"""Modes near a known one, without the whole spectrum: inverse iteration of a block of states."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.linalg as nla
+import scipy.linalg as la
+
+from solidwhirl.rotordyn.assembly.system import SpeedMatrices
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
+from solidwhirl.rotordyn.core.dense import diagonal
+from solidwhirl.rotordyn.modes.left_vectors import balance_of
+
+# Iterations at most, the relative change of the eigenvalues at which they are at rest, and what
+# part of a block may leave its subspace.
+_STEPS, _AT_REST, _CLOSED = 20, 1e-12, 1e-11
+# The shift lies beside the number given by this fraction, as D may be singular there.
+_BESIDE = 1e-7
+# Iterations for left vectors, and the largest relative step of a value that they sharpen.
+_LEFT_STEPS, _SMALL = 3, 1e-6
+
+LuFactors = tuple[ComplexArray, IntArray]
+
+
+def nearby_modes(
+    matrices: SpeedMatrices, rate: complex, shapes: ComplexArray
+) -> tuple[ComplexArray, ComplexArray] | None:
+    """Find the eigenvalues that are nearest to a number.
+
+    `matrices`: of the system at a speed; `rate`: λ0 in 1/s, not zero, next to the wanted ones;
+    `shapes`: about what they look like, shape (n, m), independent. Returns m values λ, by rising
+    distance from λ0, and their shapes (n, m); None if they do not come to rest in some steps, as
+    others are about as near.
+
+    One factorisation of D(λ0) serves (A − λ0)⁻¹ of the states (q, λq), whose largest eigenvalues
+    1/(λ − λ0) a block of m states finds (Saad 2011, Numerical Methods for Large Eigenvalue
+    Problems, section 5.1).
+    """
+    size = abs(rate)
+    balance = balance_of(matrices, rate)
+    around = np.multiply.outer(balance, balance)
+    mass = size**2 * (around * matrices.mass)
+    velocity = size * (around * (matrices.damping + matrices.gyroscopic))
+    stiffness = around * matrices.stiffness
+    at = rate / size * (1.0 + _BESIDE)
+    slope = velocity + at * mass
+    factors = la.lu_factor(stiffness + at * slope, check_finite=False)
+    here = shapes / balance[:, None]
+    states = np.vstack((here, at * here))
+    before = np.full(shapes.shape[1], np.inf, dtype=complex)
+    for _ in range(_STEPS):
+        basis = nla.qr(states)[0]
+        half, rest = np.split(basis, 2)
+        found = la.lu_solve(factors, -(slope @ half + mass @ rest), check_finite=False)
+        states = np.vstack((found, half + at * found))
+        small = basis.conj().T @ states
+        inverse, turn = nla.eig(small)
+        order = np.argsort(-np.abs(inverse), kind="stable")
+        values = at + 1.0 / inverse[order]
+        # eigenvalues that meet are never at rest; the subspace of both is
+        is_closed = nla.norm(states - basis @ small) <= _CLOSED * nla.norm(states)
+        if is_closed or (np.abs(values - before) <= _AT_REST).all():
+            right = found @ turn[:, order]
+            values = _sharpened(values, right, (mass, velocity, stiffness), factors)
+            return size * values, balance[:, None] * right
+        before = values
+    return None
+
+
+def _sharpened(
+    values: ComplexArray, right: ComplexArray, problem: tuple[FloatArray, ...], factors: LuFactors
+) -> ComplexArray:
+    """Return eigenvalues after a step of Newton's method, which leaves the rounding of its terms.
+
+    `problem`: M, V and K. Left vectors by residual inverse iteration; their error counts times that
+    of the right ones.
+    """
+    mass, velocity, stiffness = problem
+    left = right.conj()
+    for _ in range(_LEFT_STEPS):
+        miss = stiffness.T @ left + values * (velocity.T @ left) + values**2 * (mass.T @ left)
+        left = left - la.lu_solve(factors, miss, trans=1, check_finite=False)
+    push, inertia = velocity @ right, mass @ right
+    miss = diagonal(left.T, stiffness @ right + values * push + values**2 * inertia)
+    slope = diagonal(left.T, push + 2.0 * values * inertia)
+    step = miss / np.where(slope == 0, np.inf, slope)
+    # what is no small step is of roots that meet, or of left vectors that are none
+    return np.where(np.abs(step) <= _SMALL * np.abs(values), values - step, values)
