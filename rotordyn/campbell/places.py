@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
@@ -21,21 +23,30 @@ from solidwhirl.rotordyn.modes.damping import damping_ratio
 CREEPING = 0.995
 
 
-def place_to_look(
-    assembled: AssembledSystem, here: Tracked, match: Match, wanted: IntArray
-) -> tuple[float, bool]:
+# Where two modes of a match exchange their order, and whether they pass through each other there.
+Meet = Callable[[Match, IntArray], tuple[float, bool]]
+
+
+def meeting_in(assembled: AssembledSystem, match: Match, pair: IntArray) -> tuple[float, bool]:
+    """Return where two modes of the first speed meet; `pair`: their columns. See `meeting_of`."""
+    low = mode_columns(match.first, pair)
+    return meeting_of(assembled, low, mode_columns(match.second, match.partner[pair]))
+
+
+def place_to_look(here: Tracked, match: Match, wanted: IntArray, meet: Meet) -> tuple[float, bool]:
     """Return a speed between two that should be looked at, nan if none, and if closely.
 
     `here`: branches at the first speed; `match`: of the modes at both; `wanted`: columns of the
-    second that are to be on branches. Halves the step where a branch changes much, begins or ends;
-    where two branches exchange their order and do not just pass through each other, goes to where
-    they meet. Of motions that creep more than they oscillate only beginnings and ends matter. What
-    begins or ends because real eigenvalues become a pair, or a pair real ones, needs no look.
+    second that are to be on branches; `meet`: tells of meetings, as `meeting_in` does. Halves the
+    step where a branch changes much, begins or ends; where two branches exchange their order and do
+    not just pass through each other, goes to where they meet. Of motions that creep more than they
+    oscillate only beginnings and ends matter. What begins or ends because real eigenvalues become a
+    pair, or a pair real ones, needs no look.
     """
     begin, end = match.first.speed_rad_s, match.second.speed_rad_s
     creeping = [damping_ratio(m.eigenvalues) > CREEPING for m in (match.first, match.second)]
     tracked = here.columns[here.columns >= 0]
-    gone, new = _turned(assembled.size, match)
+    gone, new = _turned(match)
     tracked, wanted = np.setdiff1d(tracked, gone), np.setdiff1d(wanted, new)
     back = np.zeros(match.second.eigenvalues.size)
     back[match.partner[match.partner >= 0]] = match.mac[match.partner >= 0]
@@ -43,16 +54,17 @@ def place_to_look(
     creeps = np.concatenate((creeping[0][tracked], creeping[1][wanted]))
     if (mac[~creeps] < GOOD_OVERLAP).any() or (mac[creeps] <= POOR_OVERLAP).any():
         return 0.5 * (begin + end), bool((mac[~creeps] < GOOD_OVERLAP).any())
-    return _veering_of(assembled, match, tracked[~creeping[0][tracked]]), True
+    return _veering_of(match, tracked[~creeping[0][tracked]], meet), True
 
 
-def _turned(size: int, match: Match) -> tuple[IntArray, IntArray]:
+def _turned(match: Match) -> tuple[IntArray, IntArray]:
     """Return which modes of the first speed turn real up to the second, and which come from there.
 
     Only if the numbers of real eigenvalues say so; not from rest on, where zeros may be lifted.
     """
     none = np.empty(0, dtype=int)
     first, second = match.first, match.second
+    size = first.shapes.shape[0]
     counts = [
         2 * m.eigenvalues.size + m.real_eigenvalues.size + m.zero_count for m in (first, second)
     ]
@@ -66,7 +78,7 @@ def _turned(size: int, match: Match) -> tuple[IntArray, IntArray]:
     return (none, none) if 0.0 in (first.speed_rad_s, second.speed_rad_s) else (gone, new)
 
 
-def _veering_of(assembled: AssembledSystem, match: Match, tracked: IntArray) -> float:
+def _veering_of(match: Match, tracked: IntArray, meet: Meet) -> float:
     """Return where two branches exchange their order but may not pass through; nan if nowhere."""
     paired = np.flatnonzero((match.partner >= 0) & (match.mac > POOR_OVERLAP))
     mine = tracked[np.isin(tracked, paired)]
@@ -86,9 +98,7 @@ def _veering_of(assembled: AssembledSystem, match: Match, tracked: IntArray) -> 
         if tuple(pair) in seen:
             continue
         seen.add(tuple(pair))
-        low = mode_columns(match.first, pair)
-        high = mode_columns(match.second, match.partner[pair])
-        speed, is_passed = meeting_of(assembled, low, high)
+        speed, is_passed = meet(match, pair)
         if not is_passed:
             return speed
     return float("nan")

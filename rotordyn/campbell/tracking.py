@@ -9,7 +9,7 @@ import numpy as np
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.campbell.matching import POOR_OVERLAP, Match, Tracked, match_modes
-from solidwhirl.rotordyn.campbell.places import place_to_look
+from solidwhirl.rotordyn.campbell.places import meeting_in, place_to_look
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
 from solidwhirl.rotordyn.modes.eigen import Modes, modes_at_speed
 
@@ -52,6 +52,7 @@ class Tracker:
         self.needed = needed
         self._known: dict[float, Modes] = {}
         self._matches: dict[tuple[int, float], Match] = {}
+        self._meetings: dict[tuple[int, tuple[int, ...]], tuple[float, bool]] = {}
 
     def modes_at(self, speed_rad_s: float) -> Modes:
         """Return the modes at a speed, computed once."""
@@ -107,7 +108,7 @@ class Tracker:
             solved += 1
             risen = self._lifted(match, targets[-2]) if len(targets) > 1 else wanted[:0]
             middle, is_lively = place_to_look(
-                self.assembled, here, match, np.setdiff1d(wanted, risen)
+                here, match, np.setdiff1d(wanted, risen), self._meeting
             )
             # near its beginning a lively motion creeps, too
             fraction = _SMALLEST_STEP if is_lively else fraction
@@ -139,6 +140,13 @@ class Tracker:
         if key not in self._matches:
             self._matches[key] = match_modes(self.assembled, first, self.modes_at(speed_rad_s))
         return self._matches[key]
+
+    def _meeting(self, match: Match, pair: IntArray) -> tuple[float, bool]:
+        """Return where two modes of a match meet, computed once."""
+        key = (id(match), tuple(pair.tolist()))
+        if key not in self._meetings:
+            self._meetings[key] = meeting_in(self.assembled, match, pair)
+        return self._meetings[key]
 
 
 def _traced_back(at_speeds: list[Tracked], matches: list[Match]) -> Chain:

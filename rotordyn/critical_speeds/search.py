@@ -2,53 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
-from typing import NamedTuple
+from functools import lru_cache
 
 import numpy as np
 
-from solidwhirl.rotordyn.assembly.system import AssembledSystem, matrices_at_speed
-from solidwhirl.rotordyn.campbell.branches import all_below, follow
-from solidwhirl.rotordyn.campbell.continued import continued, turning_point
-from solidwhirl.rotordyn.campbell.matching import Tracked, match_modes, mode_columns
-from solidwhirl.rotordyn.campbell.places import CREEPING
+from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.dense import scale_by_stiffness
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
-from solidwhirl.rotordyn.critical_speeds.speed_roots import SpeedRoots, speed_roots
+from solidwhirl.rotordyn.critical_speeds.damped import followed_to_the_line
+from solidwhirl.rotordyn.critical_speeds.lightly_damped import lightly_damped
+from solidwhirl.rotordyn.critical_speeds.speed_roots import speed_roots
+from solidwhirl.rotordyn.critical_speeds.undamped import undamped_critical_speeds
 from solidwhirl.rotordyn.critical_speeds.whirl_pencils import (
-    DirectSpeeds,
-    Pencil,
-    direct_speeds,
     negative_count,
     negative_count_at_rest,
     whirl_pencils,
 )
-from solidwhirl.rotordyn.modes.damping import (
-    DampingRule,
-    amplification_factor,
-    damping_ratio,
-    log_decrement,
-)
-from solidwhirl.rotordyn.modes.eigen import Modes, modes_at_speed, scaled_stiffness
-from solidwhirl.rotordyn.modes.whirl import separated_whirl, whirl_direction
+from solidwhirl.rotordyn.modes.damping import DampingRule, amplification_factor, log_decrement
+from solidwhirl.rotordyn.modes.whirl import whirl_direction
 
-# Steps of the search for a damped critical speed, and its relative accuracy.
-_ROOT_STEPS = 80
-_ROOT_ACCURACY = 1e-12
-# A motion that begins below this fraction of the largest speed may begin at rest.
-_AT_REST = 1e-6
-
-
-class _Meeting(NamedTuple):
-    """Ω, λ and φ of a mode that meets the excitation."""
-
-    speed: float
-    value: complex
-    shape: ComplexArray
+# Systems whose critical speeds are kept, each with ratios and limits: analyses ask for the same.
+_KEPT = 8
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -143,13 +120,18 @@ def critical_speeds(
     are found by counting negative eigenvalues, all of them (see `speed_roots`); one mode may have
     several critical speeds. An isotropic system is solved for forward and backward whirl apart.
 
-    With damping, the branches are followed from rest and Im λ(Ω) = αΩ is solved on each; steps
-    begin and end at the critical speeds without damping and the knots of speed laws. Motions that
-    creep, of a damping ratio above 0.995, are left out.
+    With light damping each is refined from the one without it, and counts of the modes below the
+    excitation prove that none is missing; else the branches are followed from rest and Im λ(Ω) = αΩ
+    is solved on each; steps begin and end at the critical speeds without damping and the knots of
+    speed laws. Motions that creep, of a damping ratio above 0.995, are left out.
     """
-    ratio, limit = checked_excitation(assembled, excitation_ratio, speed_max_rad_s)
+    return _found(assembled, *checked_excitation(assembled, excitation_ratio, speed_max_rad_s))
+
+
+@lru_cache(maxsize=_KEPT)
+def _found(assembled: AssembledSystem, ratio: float, limit: float) -> tuple[CriticalSpeed, ...]:
     if _is_undamped_problem(assembled):
-        speeds, shapes = _undamped(assembled, ratio, limit)
+        speeds, shapes = undamped_critical_speeds(assembled, ratio, limit)
         decrements = np.zeros(speeds.size)
     elif np.isfinite(limit):
         speeds, shapes, decrements = _damped(assembled, ratio, limit)
@@ -236,161 +218,15 @@ def _is_undamped_problem(assembled: AssembledSystem) -> bool:
     return assembled.is_conservative and constant.negative_count == 0
 
 
-def _undamped(
-    assembled: AssembledSystem, ratio: float, limit: float
-) -> tuple[FloatArray, ComplexArray]:
-    """Return the critical speeds and shapes without damping, by rising speed."""
-    speeds, shapes = [], []
-    for pencil in whirl_pencils(assembled, ratio):
-        found = _speeds_of(pencil, assembled.body_rate, limit)
-        speeds.append(found.speeds_rad_s)
-        shapes.append(pencil.expand(found.shapes))
-    together, columns = np.concatenate(speeds), np.hstack(shapes)
-    order = np.argsort(together, kind="stable")
-    return together[order], separated_whirl(assembled, together[order], columns[:, order])
-
-
-def _speeds_of(pencil: Pencil, body_rate: float, limit: float) -> DirectSpeeds | SpeedRoots:
-    if not pencil.laws:
-        return direct_speeds(pencil, pencil.stiffness, body_rate, limit)
-    if not np.isfinite(limit):
-        raise AnalysisError(
-            "speed_max_rad_s is needed: bearings depend on the speed, and critical speeds are "
-            "searched for up to a finite one"
-        )
-    return speed_roots(pencil, body_rate, limit)
-
-
-def undamped_places(assembled: AssembledSystem, ratio: float, limit: float) -> FloatArray:
-    """Return the critical speeds without damping and skew stiffness, and where modes touch.
-
-    Where a mode touches the excitation without them it may cross it twice.
-
-    `ratio`, `limit`: |α| and the largest Ω, finite. Returns Ω, rising. None if K is negative, or
-    the pieces of a law are not known.
-    """
-    if any(joint.pieces is None for joint in assembled.law_joints):
-        return np.empty(0)
-    start = matrices_at_speed(assembled, 0.0)
-    for matrices in (start, start._replace(stiffness=assembled.stiffness)):
-        if scaled_stiffness(assembled, matrices).negative_count:
-            return np.empty(0)
-    seeds = []
-    for pencil in whirl_pencils(assembled, ratio):
-        found = _speeds_of(pencil, assembled.body_rate, limit)
-        seeds.append(found.speeds_rad_s)
-        if isinstance(found, SpeedRoots):
-            seeds.append(np.array([0.5 * (low + high) for low, high in found.unresolved]))
-    return np.sort(np.concatenate(seeds))
-
-
 def _damped(
     assembled: AssembledSystem, ratio: float, limit: float
 ) -> tuple[FloatArray, ComplexArray, FloatArray]:
-    """Follow the branches from rest and solve Im λ(Ω) = αΩ where one meets the line."""
-    seeds = undamped_places(assembled, ratio, limit)
-    inner = np.concatenate((seeds, assembled.knots_rad_s))
-    marks = np.unique(np.concatenate(([0.0], inner[(inner > 0) & (inner < limit)], [limit])))
-    marks = marks[np.concatenate(([True], np.diff(marks) > 1e-6 * limit))]
-    speeds = np.unique(np.concatenate((marks, 0.5 * (marks[1:] + marks[:-1]), [limit])))
-    at_speeds = follow(assembled, speeds, all_below(assembled, ratio * limit / (2.0 * np.pi)))
-    found = _meetings(assembled, at_speeds, ratio)
-    found.sort(key=lambda item: item.speed)
+    """Return critical speeds, shapes and decrements with damping, by rising speed."""
+    found = lightly_damped(assembled, ratio, limit)
+    if found is None:
+        found = followed_to_the_line(assembled, ratio, limit)
+    found = sorted(found, key=lambda item: item.speed)
     # Im λ = αΩ here but for rounding, which is no small part of it where Re λ is far larger
     values = np.array([complex(m.value.real, ratio * m.speed) for m in found], dtype=complex)
     shapes = np.array([item.shape for item in found], dtype=complex).reshape(-1, assembled.size)
     return np.array([item.speed for item in found]), shapes.T, log_decrement(values)
-
-
-def _meetings(
-    assembled: AssembledSystem, at_speeds: Sequence[Tracked], ratio: float
-) -> list[_Meeting]:
-    """Return where branches meet the line."""
-    found, least = [], _AT_REST * max(abs(at_speed.modes.speed_rad_s) for at_speed in at_speeds)
-    for before, after in pairwise(at_speeds):
-        for branch in range(before.columns.size):
-            ends = _ends(assembled, before, after, branch, least)
-            if ends is not None:
-                miss = [_miss(modes, ratio) for modes in ends]
-                if miss[0] > 0 >= miss[1] or miss[0] < 0 <= miss[1]:
-                    found.append(_solve_on_branch(assembled, *ends, ratio))
-    return [m for m in found if m is not None and not _creeps(np.array([m.value]))]
-
-
-def _creeps(values: ComplexArray) -> bool:
-    return bool((damping_ratio(values) > CREEPING).all())
-
-
-def _ends(
-    assembled: AssembledSystem, before: Tracked, after: Tracked, branch: int, least: float
-) -> tuple[Modes, Modes] | None:
-    """Return one branch at two speeds, or from where it begins or to where it ends in between.
-
-    `least`: what begins below that speed is not told from what the spin lifts from rest. None for
-    what creeps at both.
-    """
-    sides = [
-        mode_columns(at_speed.modes, at_speed.columns[[branch]])
-        if at_speed.columns[branch] >= 0
-        else None
-        for at_speed in (before, after)
-    ]
-    low, high = sides
-    if all(side is None or _creeps(side.eigenvalues) for side in sides):
-        return None
-    if low is not None and high is not None:
-        return low, high
-    begin, end = before.modes.speed_rad_s, after.modes.speed_rad_s
-    pairs = before.modes.real_eigenvalues.size - after.modes.real_eigenvalues.size
-    if end <= least:
-        return None
-    if high is not None and pairs > 0:
-        return turning_point(assembled, high, begin), high
-    return (low, turning_point(assembled, low, end)) if low is not None and pairs < 0 else None
-
-
-def _miss(mode: Modes, ratio: float) -> float:
-    return float(mode.eigenvalues[0].imag - ratio * mode.speed_rad_s)
-
-
-def _solve_on_branch(
-    assembled: AssembledSystem, low: Modes, high: Modes, ratio: float
-) -> _Meeting | None:
-    """Return Ω, λ and φ where a branch meets the line between two speeds (Illinois method).
-
-    None for an overdamped motion that ceases to oscillate on the way.
-    """
-    miss_low, miss_high = _miss(low, ratio), _miss(high, ratio)
-    nearest = low
-    for _ in range(_ROOT_STEPS):
-        begin, end = low.speed_rad_s, high.speed_rad_s
-        speed = begin - miss_low * (end - begin) / (miss_high - miss_low)
-        found = continued(assembled, low, high, speed)
-        found = found or _in_the_whole_spectrum(assembled, low, high, speed)
-        if found is None:
-            return None
-        nearest, miss = found, _miss(found, ratio)
-        if abs(miss) <= _ROOT_ACCURACY * ratio * speed or abs(end - begin) <= 1e-14 * end:
-            break
-        if miss * miss_high < 0:
-            low, miss_low = high, miss_high
-        else:
-            miss_low *= 0.5
-        high, miss_high = nearest, miss
-    return _Meeting(nearest.speed_rad_s, complex(nearest.eigenvalues[0]), nearest.shapes[:, 0])
-
-
-def _in_the_whole_spectrum(
-    assembled: AssembledSystem, low: Modes, high: Modes, speed: float
-) -> Modes | None:
-    """Return one branch at a speed between two, from the nearer one."""
-    distances = [abs(modes.speed_rad_s - speed) for modes in (low, high)]
-    here = low if distances[0] <= distances[1] else high
-    match = match_modes(assembled, here, modes_at_speed(assembled, speed))
-    if match.partner[0] < 0:
-        if _creeps(here.eigenvalues):
-            return None
-        raise AnalysisError(
-            f"the branch at {here.speed_rad_s:.6g} rad/s has no partner at {speed:.6g} rad/s"
-        )
-    return mode_columns(match.second, match.partner)

@@ -16,7 +16,8 @@ from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyAr
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.reprs import lines_of, row, speed_range
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
-from solidwhirl.rotordyn.critical_speeds.search import critical_speeds, undamped_places
+from solidwhirl.rotordyn.critical_speeds.search import critical_speeds
+from solidwhirl.rotordyn.critical_speeds.undamped import undamped_places
 from solidwhirl.rotordyn.response import harmonic_response as harmonic
 from solidwhirl.rotordyn.response import resonance_samples as samples
 from solidwhirl.rotordyn.response import unbalance_peaks
