@@ -11,6 +11,7 @@ where Ω k' − 2 k is zero.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -36,8 +37,14 @@ _START, _QUARTERINGS, _LOWEST = 1e-3, 5, 1e-6
 _ROUNDING = 1e-13
 # An extremum of an eigenvalue nearer to zero than this, relative to the largest, touches it.
 _TOUCH = 1e-11
-# Roots closer than this (relative) take their shapes from one eigenproblem.
-_SAME_SPEED = 1e-8
+# Roots closer than this (relative) take their shapes from one eigenproblem; of those with vectors
+# as parallel as this there is one.
+_SAME_SPEED, _PARALLEL = 1e-8, 0.99
+# Parts of an interval in which bearings are held as in the middle for first guesses, how far beyond
+# its part (in Ω²) a guess may lie, and iterations at most.
+_HELD, _BEYOND, _ITERATIONS = 3, 1.5, 12
+# Relative change of a speed that is at rest.
+_AT_REST = 1e-14
 
 
 class SpeedRoots(NamedTuple):
@@ -57,11 +64,15 @@ class SpeedRoots(NamedTuple):
 
 
 class _Root(NamedTuple):
-    """A speed, and the place of the eigenvalue of E that is zero there, by rising order."""
+    """A speed, and the place of the eigenvalue of E that is zero there, by rising order.
+
+    `vector`: the eigenvector in the basis of the search, where it is known already.
+    """
 
     speed: float
     place: int
     falls: bool
+    vector: Matrix | None = None
 
 
 def speed_roots(pencil: Pencil, body_rate: float, limit_rad_s: float) -> SpeedRoots:
@@ -216,6 +227,10 @@ class _Search:
         """Return E."""
         return self._assembled(speed, [law.stiffness(speed) / speed**2 for law in self.laws])
 
+    def stiffness_at(self, speed: float) -> Matrix:
+        """Return K with the bearings as they are at a speed."""
+        return speed**2 * (self.matrix(speed) + self.inertia)
+
     def _assembled(self, speed: float, over_squares: list[FloatArray]) -> Matrix:
         """Return E with K/Ω² at a speed and k/Ω² of the bearings as given."""
         stiffness = self.stiffness / speed**2
@@ -231,12 +246,95 @@ class _Search:
 
     def count(self, speed: float) -> int:
         """Return the number of negative eigenvalues of E."""
-        return int(np.count_nonzero(self.eigenvalues(speed) < 0))
+        if speed in self._known:
+            return int(np.count_nonzero(self._known[speed] < 0))
+        return _negative_count(self.matrix(speed))
 
     def monotonic(self, low: float, high: float) -> list[_Root]:
         """Return the roots of an interval in which every eigenvalue is monotonic."""
         begin, end = self.count(low), self.count(high)
-        return [self._root(place, low, high) for place in range(min(begin, end), max(begin, end))]
+        places = range(min(begin, end), max(begin, end))
+        found = self._refined(low, high)
+        # one root for each place: as many distinct ones as there are places are all
+        if len(found) == len(places):
+            order = places if end > begin else reversed(places)
+            return [
+                _Root(speed, place, end > begin, vector)
+                for place, (speed, vector) in zip(order, found, strict=True)
+            ]
+        return [self._root(place, low, high) for place in places]
+
+    def _refined(self, low: float, high: float) -> list[tuple[float, Matrix]]:
+        """Return distinct roots of an interval and their vectors, from bearings held as they are.
+
+        In each part of the interval E with the bearings as in its middle gives speeds and vectors
+        by one eigenproblem; Rayleigh quotient iteration refines them (Parlett 1998, The Symmetric
+        Eigenvalue Problem, section 4.6). What comes twice or leaves the interval is left out.
+        """
+        found: list[tuple[float, Matrix]] = []
+        edges = np.geomspace(low, high, _HELD + 1)
+        for begin, end in pairwise(edges.tolist()):
+            held = self.stiffness_at(float(np.sqrt(begin * end)))
+            try:
+                inverse_squares, vectors = la.eigh(self.inertia, held)
+            except la.LinAlgError:  # a motion without stiffness, or a negative one
+                return []
+            near = (inverse_squares > end**-2 / _BEYOND) & (inverse_squares < begin**-2 * _BEYOND)
+            for at in np.flatnonzero(near):
+                root = self._iterated(float(inverse_squares[at] ** -0.5), vectors[:, at])
+                if root is not None and low < root[0] <= high:
+                    found.append(root)
+        found.sort(key=lambda root: root[0])
+        kept: list[tuple[float, Matrix]] = []
+        for speed, vector in found:
+            if not any(
+                speed - other <= _SAME_SPEED * speed and abs(np.vdot(one, vector)) > _PARALLEL
+                for other, one in kept[-4:]
+            ):
+                kept.append((speed, vector))
+        return kept
+
+    def _iterated(self, speed: float, vector: Matrix) -> tuple[float, Matrix] | None:
+        """Return a root and its vector of unit length by Rayleigh quotient iteration."""
+        for _ in range(_ITERATIONS):
+            try:
+                vector = np.linalg.solve(self.matrix(speed), vector)
+            except la.LinAlgError:
+                return None
+            vector = vector / la.norm(vector)
+            before, speed = speed, self._quotient_root(speed, vector)
+            if not 0.0 < speed < np.inf:
+                return None
+            if abs(speed - before) <= _AT_REST * speed:
+                return speed, vector
+        return None
+
+    def _quotient_root(self, speed: float, vector: Matrix) -> float:
+        """Return where vᴴ E(Ω) v is zero, next to a speed; nan if the secant method finds none."""
+        strain = float(np.vdot(vector, self.stiffness @ vector).real)
+        inertia = float(np.vdot(vector, self.inertia @ vector).real)
+        motions = [law.motion @ vector for law in self.laws]
+
+        def miss(inverse_square: float) -> float:
+            at = inverse_square**-0.5
+            held = sum(
+                float(np.vdot(motion, law.stiffness(at) @ motion).real)
+                for law, motion in zip(self.laws, motions, strict=True)
+            )
+            return (strain + held) * inverse_square - inertia
+
+        here = speed**-2
+        first, step = miss(here), 1e-4 * here
+        for _ in range(_ITERATIONS):
+            slope = (miss(here + step) - first) / step
+            step = -first / slope if slope else np.nan
+            if not 0.0 < here + step < np.inf:
+                return float("nan")
+            here = here + step
+            first = miss(here)
+            if abs(step) <= _AT_REST * here:
+                return float(here**-0.5)
+        return float("nan")
 
     def bounded(self, low: float, high: float) -> list[_Root]:
         """Return the roots of an interval without kinks, halving it where bounds do not decide."""
@@ -268,9 +366,8 @@ class _Search:
             cross = 0.5 * (top[0, 1] + bottom[0, 1]) * np.array([[0.0, 1.0], [1.0, 0.0]])
             upper.append(np.diag(np.diag(top)) + cross + spread)
             lower.append(np.diag(np.diag(bottom)) + cross - spread)
-        fewest = la.eigvalsh(self._assembled(low, upper))
-        most = la.eigvalsh(self._assembled(high, lower))
-        return int(np.count_nonzero(fewest < 0)), int(np.count_nonzero(most < 0))
+        fewest, most = self._assembled(low, upper), self._assembled(high, lower)
+        return _negative_count(fewest), _negative_count(most)
 
     def _roots_of_one(self, place: int, low: float, high: float) -> list[_Root]:
         """Return the roots of one eigenvalue that has one extremum at most."""
@@ -333,6 +430,10 @@ class _Search:
                 if step <= _SAME_SPEED * roots[stop].speed:
                     continue
             group = roots[start:stop]
+            if len(group) == 1 and group[0].vector is not None:
+                columns.append(self.basis @ group[0].vector)
+                start = stop
+                continue
             speed = float(np.mean([root.speed for root in group]))
             vectors = la.eigh(self.matrix(speed))[1]
             columns += [self.basis @ vectors[:, root.place] for root in group]
@@ -340,6 +441,16 @@ class _Search:
         if not columns:
             return np.empty((self.basis.shape[0], 0))
         return np.hstack([column[:, None] for column in columns])
+
+
+def _negative_count(matrix: Matrix) -> int:
+    """Return the number of negative eigenvalues of a Hermitian matrix, by LDLᴴ (Sylvester)."""
+    name = "hetrf" if np.iscomplexobj(matrix) else "sytrf"
+    (factorise,) = la.get_lapack_funcs((name,), (matrix,))
+    factors, pivots, _ = factorise(matrix, lower=True)
+    # a block of two has one negative eigenvalue (Bunch and Kaufman 1977)
+    alone = np.diag(factors).real[pivots > 0]
+    return int(np.count_nonzero(alone < 0)) + int(np.count_nonzero(pivots < 0)) // 2
 
 
 def _basis(pencil: Pencil, body_rate: float, limit: float) -> Matrix:
