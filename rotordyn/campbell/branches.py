@@ -16,7 +16,7 @@ from scipy.interpolate import BarycentricInterpolator
 from scipy.optimize import brentq
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, matrices_at_speed
-from solidwhirl.rotordyn.campbell.continued import turning_point
+from solidwhirl.rotordyn.campbell.continued import alone_at, turning_point
 from solidwhirl.rotordyn.campbell.matching import (
     GOOD_OVERLAP,
     SAME_FREQUENCY,
@@ -218,6 +218,8 @@ def _order(at_speeds: list[Tracked], rest: int, after: int) -> IntArray:
     return np.asarray(np.lexsort((later, group, first, late)))
 
 
+# Crossings are placed to this (relative), by a polynomial through so many places at most.
+_PLACED, _MOST_PLACES = 1e-5, 8
 # A veering is sought where two branches come closer than this fraction of their frequency,
 _CLOSE = 0.3
 # between places where they are this many times farther apart than at the closest point.
@@ -398,12 +400,14 @@ def _meeting_notes(
         apart = np.flatnonzero(np.abs(gap) > SAME_FREQUENCY * omega[:, first])
         for left, right in pairwise(apart):
             if gap[left] * gap[right] < 0:
-                speed = _meeting_speed(speeds, gap, int(left), int(right))
+                ends = [_pair(at_speeds[k], first, second) for k in (left, right)]
+                around = slice(max(0, left - 1), right + 2)
+                speed = _meeting_speed(assembled, speeds[around], gap[around], ends)
                 text = f"branches {first + 1} and {second + 1} cross near {speed:.6g} rad/s"
                 yield TrackingNote(
                     kind="crossing", speed_rad_s=speed, branches=(first, second), text=text
                 )
-        for at in _veerings(assembled, at_speeds, first, second, np.abs(gap), omega[:, first]):
+        for at in _veerings(assembled, at_speeds, first, second, gap, omega[:, first]):
             speed, width = float(speeds[at]), float(abs(gap[at]) / (2.0 * np.pi))
             text = (
                 f"branches {first + 1} and {second + 1} veer near {speed:.6g} rad/s, "
@@ -414,12 +418,28 @@ def _meeting_notes(
             )
 
 
-def _meeting_speed(speeds: FloatArray, gap: FloatArray, left: int, right: int) -> float:
-    """Return where a distance is zero between two places, by a cubic through those around it."""
-    around = np.arange(max(0, left - 1), min(speeds.size, right + 2))
-    around = around[np.isfinite(gap[around])]
-    cubic = BarycentricInterpolator(speeds[around], gap[around])
-    return float(brentq(lambda speed: float(cubic(speed)), speeds[left], speeds[right]))
+def _meeting_speed(
+    assembled: AssembledSystem, speeds: FloatArray, gap: FloatArray, ends: Sequence[Modes]
+) -> float:
+    """Return where the distance of two branches is zero between two places.
+
+    `speeds`, `gap`: places around and distances there; `ends`: the branches at the two. By a
+    polynomial through the places, and what the distance is where that is zero.
+    """
+    low, high = ends
+    width = abs(high.speed_rad_s - low.speed_rad_s)
+    places, distances = (list(v[np.isfinite(gap)]) for v in (speeds, gap))
+    while True:
+        through = BarycentricInterpolator(places, distances)
+        speed = brentq(lambda at, p=through: float(p(at)), low.speed_rad_s, high.speed_rad_s)
+        beside = np.abs(np.array(places) - speed).min()
+        here = None
+        if beside > _PLACED * max(abs(speed), width) and len(places) < _MOST_PLACES:
+            here = alone_at(assembled, low, high, speed)
+        if here is None:
+            return float(speed)
+        places.append(speed)
+        distances.append(float(np.diff(here.imag)[0]))
 
 
 def _veerings(
@@ -430,8 +450,11 @@ def _veerings(
     gap: FloatArray,
     omega: FloatArray,
 ) -> Iterator[int]:
-    """Yield the speeds where two branches are closest and exchange their shapes."""
+    """Yield the speeds where two branches are closest, without crossing, and exchange shapes."""
+    signs, gap = np.sign(gap), np.abs(gap)
     for at in range(1, gap.size - 1):
+        if not signs[at - 1] == signs[at] == signs[at + 1]:
+            continue
         nearest = gap[at] <= gap[at - 1] and gap[at] < gap[at + 1]
         if not nearest or not SAME_FREQUENCY * omega[at] < gap[at] < _CLOSE * omega[at]:
             continue

@@ -14,7 +14,7 @@ from solidwhirl.rotordyn.campbell.matching import (
     match_modes,
     mode_columns,
 )
-from solidwhirl.rotordyn.core.arrays import together
+from solidwhirl.rotordyn.core.arrays import ComplexArray, together
 from solidwhirl.rotordyn.modes.eigen import Modes, modes_at_speed
 from solidwhirl.rotordyn.modes.nearby import nearby_modes
 
@@ -27,6 +27,8 @@ _BESIDE = 1.0 / 16.0
 # and this (relative) is how closely it is placed. One of a pair is sought without the other where
 # they are so far apart.
 _PLACED, _APART = 1e-8, 0.2
+# What is left of the discriminant there, as a part of what it was.
+_VANISHED = 1e-3
 # The shift is off the mean of a pair by this part, as D is singular there in the end.
 _OFF = 1e-2
 
@@ -40,10 +42,7 @@ def continued(
     None if one can't be told from others without the whole spectrum: its MAC to the nearer of the
     two is below 0.8, or other modes are as near.
     """
-    begin, end = low.speed_rad_s, high.speed_rad_s
-    part = (speed_rad_s - begin) / (end - begin) if end != begin else 0.0
-    near = low if part <= 0.5 else high
-    expected = (1.0 - part) * low.eigenvalues + part * high.eigenvalues
+    near, expected = _expected(low, high, speed_rad_s)
     matrices = matrices_at_speed(assembled, speed_rad_s)
     values, shapes = np.empty_like(expected), np.empty(near.shapes.shape, dtype=complex)
     for group in together(np.abs(expected[:, None] - expected) <= _NEAR * np.abs(expected)):
@@ -60,6 +59,30 @@ def continued(
     return dataclasses.replace(
         modes, eigenvalues=values[order], shapes=match.second.shapes[:, order]
     )
+
+
+def alone_at(
+    assembled: AssembledSystem, low: Modes, high: Modes, speed_rad_s: float
+) -> ComplexArray | None:
+    """Return the eigenvalues of branches at a speed between two, each the nearest to expectation.
+
+    As `continued`, but of branches that may pass through each other: shapes are not compared.
+    """
+    near, expected = _expected(low, high, speed_rad_s)
+    matrices = matrices_at_speed(assembled, speed_rad_s)
+    found = [
+        nearby_modes(matrices, complex(rate), near.shapes[:, [k]])
+        for k, rate in enumerate(expected)
+    ]
+    values = [one[0][0] for one in found if one is not None]
+    return np.array(values) if len(values) == len(expected) else None
+
+
+def _expected(low: Modes, high: Modes, speed_rad_s: float) -> tuple[Modes, ComplexArray]:
+    """Return the nearer of two sets of the same branches, and eigenvalues between them."""
+    begin, end = low.speed_rad_s, high.speed_rad_s
+    part = (speed_rad_s - begin) / (end - begin) if end != begin else 0.0
+    return (low if part <= 0.5 else high), (1.0 - part) * low.eigenvalues + part * high.eigenvalues
 
 
 def meeting_of(assembled: AssembledSystem, low: Modes, high: Modes) -> tuple[float, bool]:
@@ -128,6 +151,8 @@ def _turning_near(assembled: AssembledSystem, mode: Modes, still_rad_s: float) -
             (one, other), shapes = pair
         mean, discriminant = 0.5 * (one + other).real, 0.25 * ((one - other) ** 2).real
         if abs(speed - before) <= _PLACED * abs(speed) or discriminant == above:
+            if abs(discriminant) > _VANISHED * value.imag**2:
+                return None
             at = np.array([complex(mean)])
             return dataclasses.replace(
                 mode, speed_rad_s=speed, eigenvalues=at, shapes=shapes[:, :1].astype(complex)
