@@ -178,9 +178,10 @@ def _bracket(place: FloatArray, top: FloatArray) -> tuple[FloatArray, FloatArray
 def _vertices(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Vertices of the parabolas through three points each, (m, 3), and their rise above the middle.
 
-    A vertex keeps a distance from the three points, so that all differ.
+    A vertex keeps a distance from the three points, so that all differ; where they are one to
+    rounding, at a mode that is hardly damped, it is there.
     """
-    below, above = x[:, 1] - x[:, 0], x[:, 2] - x[:, 1]
+    below, above = np.maximum(np.diff(x, axis=1), np.finfo(float).tiny).T
     left, right = (y[:, 1] - y[:, 0]) / below, (y[:, 2] - y[:, 1]) / above
     bend = np.minimum((right - left) / (below + above), -np.finfo(float).tiny)
     slope = left + bend * below

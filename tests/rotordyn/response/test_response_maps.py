@@ -10,7 +10,7 @@ from scipy.optimize import minimize_scalar
 from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.assembly.coordinates import interface_row, joint_motion
 from solidwhirl.rotordyn.assembly.system import with_bearing_stiffness
-from solidwhirl.rotordyn.response import stiffness_maps
+from solidwhirl.rotordyn.response import map_peaks, stiffness_maps
 from solidwhirl.rotordyn.response.harmonic_response import harmonic_response
 from solidwhirl.rotordyn.response.map_peaks import ground_motion_peaks, stiffness_map_peaks
 from solidwhirl.rotordyn.response.maps import ground_motion_map, place_map, shown_range
@@ -330,3 +330,17 @@ def test_peaks_without_damping_have_no_height():
     system = laval(damping=0.0)
     peaks = ground_motion_peaks(system, ground_motion_map(system, 1e-6, "x", [0.0], omega, HUB))
     assert peaks.sampling_error[0, peaks.height_m[0].argmax()] == np.inf
+
+
+def test_the_top_of_a_peak_of_hardly_any_width_is_found():
+    """Points around it come together to rounding; the response there is bounded by rounding too."""
+
+    def respond(frequencies):
+        motion = 1.0 / (100.0 - frequencies + 1e-14j)
+        return np.stack((motion, 0.0 * motion), axis=1)
+
+    known = np.array([99.0, np.nextafter(100.0, 0.0), 100.0, np.nextafter(100.0, 200.0), 101.0])
+    row = map_peaks.Row(known, respond(known), respond)
+    place, top, error = map_peaks.summits(row, np.abs(row.motion[:, 0]))
+    assert place == pytest.approx([100.0], rel=1e-15) and top == pytest.approx([1e14])
+    assert np.isfinite(error).all()
