@@ -21,7 +21,7 @@ from solidwhirl.rotordyn.assembly.law_pieces import LawPieces
 from solidwhirl.rotordyn.beams.superelement import beam_superelement
 from solidwhirl.rotordyn.checks.plain_checks import COUNT, COUNT_SPEEDS, ROOTS
 from solidwhirl.rotordyn.response import harmonic_response
-from solidwhirl.rotordyn.run_up import steps as run_up_basis
+from solidwhirl.rotordyn.run_up import modal_basis as run_up_basis
 from solidwhirl.rotordyn.stability import intervals as stability
 from solidwhirl.scene_reading.reader import parse_scene
 
