@@ -221,8 +221,9 @@ FAULTS = {
         bearings_with(stiffness_n_per_m=even),
         {ROOTS, COUNT},
     ),
+    # error estimates refuse critical speeds that are no modes of the system
     "cross terms of a table dropped by the complex form": (
-        scene(law=SKEW), half_isotropic, {ROOTS}
+        scene(law=SKEW, model={"estimates": "off"}), half_isotropic, {ROOTS}
     ),
     "gyroscopic moments of the other sign": (
         scene(analyses=[RESPONDS]), of_other_matrices(gyroscopic=np.negative), {RESPONSE}
