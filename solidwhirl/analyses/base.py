@@ -12,6 +12,7 @@ from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
+from solidwhirl.analyses.work import Work
 from solidwhirl.core.blocks import AnalysisBlock, Table
 from solidwhirl.core.fields import MOST, Count, FileName, Name, NotNegative, Place, Positive, Record
 from solidwhirl.core.outcome import OTHERS, Outcome, PageSection, Write
@@ -241,6 +242,10 @@ class Analysis(Record):
         `bearings`: whether they have a speed law, by name.
         """
         return tuple(f"{self.label}{suffix}" for suffix in self.suffixes)
+
+    def work(self, shafts: int) -> Work:
+        """Return how much it has to solve; `shafts`: different speeds at which bodies turn."""
+        return Work()
 
     def run(self, engine: Engine) -> Outcome:
         """Compute what is asked.

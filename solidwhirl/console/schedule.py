@@ -57,7 +57,8 @@ def _body_stages(plan: Plan, costs: Mapping[str, Cost]) -> Iterator[Stage]:
 
 
 def _analysis_stages(name: str, expected: Forecast) -> Iterator[Stage]:
-    yield Stage(name=StageName.ANALYSIS, body=name, seconds=_ANALYSIS_S)
+    spent = expected.analyses.get(name, _ANALYSIS_S)
+    yield Stage(name=StageName.ANALYSIS, body=name, seconds=spent)
     for own in expected.nodal_diameters:
         if own.analysis == name:
             of_one = Stage(name=StageName.NODAL_DIAMETER, body=own.body, seconds=own.seconds)

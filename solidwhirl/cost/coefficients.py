@@ -76,6 +76,14 @@ ENGINE: dict[str, tuple[float, float]] = {
     "critical_speeds.even": (0.002085, 0.0009457),
     "campbell.uneven": (0.002407, 0.001403),
     "critical_speeds.uneven": (0.001999, 0.002892),
+    "campbell.asymmetric": (0.2, 0.9),
+    "critical_speeds.asymmetric": (0.0, 0.0),
     "campbell.damped": (0.005875, 0.01101),
-    "critical_speeds.damped": (0.2149, 0.4947),
+    "critical_speeds.damped": (0.25, 0.1),
+}
+#: Seconds a + c (n/100)^p of one: a system of equations, a step in time, and a result, of analyses.
+DENSE: dict[str, tuple[float, float, float]] = {
+    "solves": (3e-05, 0.0001, 3.0),
+    "steps": (1e-06, 2.5e-06, 2.0),
+    "results": (0.0006, 0.0006, 1.0),
 }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from solidwhirl.core.machine import (
     machine_speed,
     resident_memory_gib,
 )
+from solidwhirl.cost.analyses import analyses_s
 from solidwhirl.cost.coefficients import BASE_GIB
 from solidwhirl.cost.memory import refuse_what_does_not_fit, with_chosen_solvers
 from solidwhirl.cost.work import Cost, RunCost, predict_body_cost, predict_cost
@@ -49,24 +50,33 @@ class NodalDiameterCost:
 
 @dataclass(frozen=True, kw_only=True)
 class Forecast:
-    """Predicted cost of a run on this machine, without the [[analyses]].
+    """Predicted cost of a run on this machine, without pictures and files.
 
     `first`: with the meshes it begins with; `last`: with meshes of the rule for the accuracy asked,
     where meshes follow their estimates: a round like it comes after the first; None where the first
-    is all. `nodal_diameters`: the [[analyses]] that cost as much as bodies do.
+    is all. `nodal_diameters`: the [[analyses]] that cost as much as bodies do; `analyses`: seconds
+    of each of the others by its name.
     """
 
     first: RunCost
     last: RunCost | None
     nodal_diameters: tuple[NodalDiameterCost, ...] = ()
+    analyses: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def seconds(self) -> float:
         """Processor time of all rounds; the engine is analysed after the last one only."""
+        analyses = sum(self.of_analyses.values())
         if self.last is None:
-            return self.first.whole.total_s
+            return self.first.whole.total_s + analyses
         again = sum(cost.total_s for cost in self.first.bodies.values())
-        return self.last.whole.total_s + again
+        return self.last.whole.total_s + again + analyses
+
+    @property
+    def of_analyses(self) -> dict[str, float]:
+        """Processor seconds of all [[analyses]] by their names."""
+        diameters = {one.analysis: one.count * one.seconds for one in self.nodal_diameters}
+        return {**self.analyses, **diameters}
 
     @property
     def peak_memory_gib(self) -> float:
@@ -81,15 +91,16 @@ class Forecast:
 
     def rows(self) -> tuple[tuple[str, str, str, str], ...]:
         """Table rows as text, head first."""
+        analyses = [(f"analysis {n}", "", _seconds(s), "") for n, s in self.of_analyses.items()]
         if self.last is None:
-            return cost_rows(self.first)
-        last = cost_rows(self.last)
+            whole = [("all and analyses", "", _seconds(self.seconds), "")] if analyses else []
+            return (*cost_rows(self.first), *analyses, *whole)
         total = ("all rounds", "", f"{self.seconds:.2g}", f"{self.peak_memory_gib:.2g}")
         first = [
             (f"first round: {name}", str(cost.unknowns), f"{cost.total_s:.2g}", "")
             for name, cost in self.first.bodies.items()
         ]
-        return (*last, *first, total)
+        return (*cost_rows(self.last), *analyses, *first, total)
 
 
 def forecast(
@@ -119,7 +130,13 @@ def forecast(
         later = replace(plan, bodies={**plan.bodies, **finer})
         last = predict_cost(later, scene, bodies, modes=modes, estimates=estimated, machine=machine)
     of_diameters = tuple(_of_nodal_diameters(scene, plan, (last or first).bodies))
-    return Forecast(first=first, last=last, nodal_diameters=of_diameters)
+    coordinates = (last or first).whole.coordinates
+    return Forecast(
+        first=first,
+        last=last,
+        nodal_diameters=of_diameters,
+        analyses=analyses_s(scene, plan, coordinates, machine),
+    )
 
 
 def _of_nodal_diameters(
@@ -206,6 +223,7 @@ def forecast_document(found: Forecast) -> dict[str, Any]:
     """The forecast as plain data."""
     return {
         "cpu_s": found.seconds,
+        "analyses_cpu_s": found.of_analyses,
         "peak_memory_gib": found.peak_memory_gib,
         "unknowns": found.unknowns,
         "extrapolated": (found.last or found.first).whole.extrapolated,

@@ -169,12 +169,12 @@ def _whole(plan: Plan, scene: Scene, costs: Mapping[str, Cost], machine: Machine
     for cost in costs.values():
         for stage, spent in cost.seconds.items():
             seconds[stage] = seconds.get(stage, 0.0) + spent
-    kind = _engine_kind(plan, scene)
-    per_speed = _cubic(f"campbell.{kind}", coordinates)
+    kind = engine_kind(plan, scene)
+    per_speed = spectrum_s(kind, coordinates)
     seconds["campbell"] = factor * (len(plan.speeds_rad_s) + _LOOKED_AT) * per_speed
     searched = "damped" if plan.on("speed_dependent_bearings") else kind
     seconds["critical_speeds"] = (
-        factor * _exciters(plan, scene) * _cubic(f"critical_speeds.{searched}", coordinates)
+        factor * exciters(plan, scene) * _cubic(f"critical_speeds.{searched}", coordinates)
     )
     return Cost(
         unknowns=sum(c.unknowns for c in costs.values()),
@@ -355,6 +355,14 @@ def _beam_cost(body: Body, plan: BodyPlan, modes: int) -> Cost:
     )
 
 
+def spectrum_s(kind: str, coordinates: int) -> float:
+    """Seconds of all modes of the engine at one speed on the reference machine.
+
+    `kind`: of eigenproblem, from `engine_kind`.
+    """
+    return _cubic(f"campbell.{kind}", coordinates)
+
+
 def _cubic(name: str, coordinates: int) -> float:
     """Seconds of dense linear algebra on the engine's coordinates."""
     once, cubic = measured.ENGINE[name]
@@ -371,8 +379,10 @@ def _simple_coordinates(plan: Plan, scene: Scene) -> int:
     return out + sum(imported_element(name, s).size for name, s in scene.imported.items())
 
 
-def _engine_kind(plan: Plan, scene: Scene) -> str:
-    """Kind of eigenproblem: damped, or undamped with isotropic ("even") supports or others."""
+def engine_kind(plan: Plan, scene: Scene) -> str:
+    """Kind of eigenproblem, with isotropic ("even") or other supports where nothing is damped."""
+    if plan.on("asymmetry"):
+        return "asymmetric"
     if plan.on("bearing_damping") or plan.on("internal_damping"):
         return "damped"
     isotropic = not scene.imported and not plan.on("speed_dependent_bearings")
@@ -382,7 +392,7 @@ def _engine_kind(plan: Plan, scene: Scene) -> str:
     return "even" if isotropic else "uneven"
 
 
-def _exciters(plan: Plan, scene: Scene) -> int:
+def exciters(plan: Plan, scene: Scene) -> int:
     """Different speeds at which unbalances turn."""
     if float(np.max(plan.speeds_rad_s)) == 0.0:
         return 0

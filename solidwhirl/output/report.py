@@ -101,7 +101,7 @@ def plan_text(plan: Plan, doubts: Iterable[Doubt] = ()) -> str:
 def cost_text(expected: Forecast) -> str:
     """The predicted cost as a Markdown table."""
     head, *rows = expected.rows()
-    said = "Seconds of one core, without the other analyses, pictures and files."
+    said = "Seconds of one core, without pictures and files."
     return f"{_table(' | '.join(head), rows)}\n\n{said}"
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from solidwhirl.analyses import base
+from solidwhirl.analyses.work import Work
 from solidwhirl.core.blocks import AnalysisBlock, numbers
 from solidwhirl.core.fields import Count, Name, Positive
 from solidwhirl.core.outcome import Outcome
@@ -45,6 +46,10 @@ class CriticalSpeedMapSpec(base.Stiffnesses):
     ) -> Iterator[tuple[float, str]]:
         """Yield the speed to which critical speeds are sought."""
         yield self.search_to_rpm / ratio(self.excited_by), f"search_to_rpm of {where}"
+
+    def work(self, shafts: int) -> Work:
+        """How much it has to solve."""
+        return Work(spectra=0.2 * self.stiffness_count)
 
     def run(self, engine: base.Engine) -> Outcome:
         """Undamped critical speeds over the stiffness of supports."""

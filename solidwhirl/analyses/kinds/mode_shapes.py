@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from solidwhirl.analyses import base
+from solidwhirl.analyses.work import Work
 from solidwhirl.core.blocks import AnalysisBlock
 from solidwhirl.core.fields import MOST, Count, Name, NotNegative
 from solidwhirl.core.outcome import Outcome
@@ -44,6 +45,10 @@ class ModeShapesSpec(base.Analysis):
             for rpm in self.speeds_rpm
             for end in ends
         )
+
+    def work(self, shafts: int) -> Work:
+        """How much it has to solve."""
+        return Work(spectra=len(self.speeds_rpm), results=20.0 * len(self.speeds_rpm))
 
     def run(self, engine: base.Engine) -> Outcome:
         """Shapes of the lowest modes at some speeds, numbered as in the diagram."""

@@ -15,6 +15,7 @@ from pydantic import Field, model_validator
 
 from solidwhirl.analyses.base import UNBALANCE_TURNS, Analysis, Charts, Engine, Found, Scalars
 from solidwhirl.analyses.unbalances import UnbalanceSpec, end_of, unbalance_of
+from solidwhirl.analyses.work import Work
 from solidwhirl.core.blocks import AnalysisBlock, Table, Text, numbers
 from solidwhirl.core.fields import MOST, Finite, Name, NotNegative, Place, Positive
 from solidwhirl.core.outcome import Outcome, PageSection
@@ -147,6 +148,12 @@ class RunUpSpec(Analysis):
             if high <= low:
                 raise ValueError(f"bands_hz has ({low:g}, {high:g}); the second must be higher")
         return self
+
+    def work(self, shafts: int) -> Work:
+        """Steps of the engine and of each model with fewer flexible bodies."""
+        steps = (self.ramp_s + self.hold_s) * self.sampling_hz
+        models = 1 + len(self.compare_flexible)
+        return Work(steps=models * steps, results=100.0 * models)
 
     def run(self, engine: Engine) -> Outcome:
         """Run-up with the force through the mount, its spectrum, and models of less complexity."""

@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from solidwhirl.analyses import base
+from solidwhirl.analyses.work import Work
 from solidwhirl.core.blocks import (
     AnalysisBlock,
     Table,
@@ -78,6 +79,10 @@ class SeparationMarginsSpec(base.Analysis):
                 f"{factor:g} times the operating speed of {o.shaft!r}, {o.to_rpm:g} rpm, to which "
                 f"{where} looks (search_factor)",
             )
+
+    def work(self, shafts: int) -> Work:
+        """How much it has to solve."""
+        return Work(spectra=12.0 * max(shafts, len(self.operating)))
 
     def run(self, engine: base.Engine) -> Outcome:
         """Margins of every shaft's critical speeds from its operating range, and the verdict."""

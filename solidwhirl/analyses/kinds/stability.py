@@ -17,6 +17,7 @@ from solidwhirl.analyses.stability_summary import (
     stability_of,
     whirl_document,
 )
+from solidwhirl.analyses.work import Work
 from solidwhirl.core.blocks import AnalysisBlock, Table, Text, numbers, whirl_text
 from solidwhirl.core.fields import Positive
 from solidwhirl.core.outcome import Outcome
@@ -41,6 +42,10 @@ class StabilitySpec(base.Sweep):
     kind: Literal["stability"]
     count: base.Points = 61
     frequency_max_hz: Positive | None = None
+
+    def work(self, shafts: int) -> Work:
+        """How much it has to solve."""
+        return Work(spectra=1.5 * self.count)
 
     def run(self, engine: base.Engine) -> Outcome:
         """Damping of the first modes over the speed, and where the engine.system is unstable."""

@@ -26,6 +26,7 @@ from solidwhirl.analyses.unbalances import (
     turning_at,
     unbalance_of,
 )
+from solidwhirl.analyses.work import Work
 from solidwhirl.core.blocks import AnalysisBlock, Table, numbers
 from solidwhirl.core.fields import MOST, Count, Positive
 from solidwhirl.core.outcome import MOST_CURVES, MOST_ORBITS, Outcome, PageSection
@@ -85,6 +86,10 @@ class UnbalanceResponseSpec(base.Sweep):
             for what, count in counts.items()
             for suffix, _ in numbered(list(range(count)))
         )
+
+    def work(self, shafts: int) -> Work:
+        """How much it has to solve."""
+        return Work(solves=8.0 * self.count, results=self.count, spectra=0.05 * self.count)
 
     def run(self, engine: base.Engine) -> Outcome:
         """Unbalance response over the speed at the places that the engine observes."""

@@ -12,7 +12,7 @@ import pytest
 from solidwhirl.build import cylinder
 from solidwhirl.core.machine import MachineSpeed, machine_speed
 from solidwhirl.cost import coefficients as cost_coefficients
-from solidwhirl.cost.forecast import cost_rows
+from solidwhirl.cost.forecast import cost_rows, forecast, forecast_document
 from solidwhirl.cost.memory import MemoryShortageError, refuse_what_does_not_fit
 from solidwhirl.cost.work import (
     REFERENCE_MACHINE,
@@ -214,3 +214,19 @@ def test_table(planned, small_scene):
     # parts add up to all: shown with two digits each
     parts = [row for row in rows[2:-1] if row[0].startswith("  ") or not row[3]]
     assert sum(float(row[2]) for row in parts) == pytest.approx(cost.whole.total_s, rel=0.06)
+
+
+def test_analyses_are_in_the_forecast(planned, small_scene):
+    """Twice the steps, twice the time; the total has them, and so has the table."""
+    analysis = {"kind": "stability", "to_rpm": 6000.0, "count": 41}
+    found = []
+    for count in (41, 82):
+        data = small_scene() | {"analyses": [analysis | {"count": count}]}
+        scene, bodies, plan = planned(data, level="harmonic")
+        found.append(forecast(scene, plan, bodies))
+    spent = [f.of_analyses["stability"] for f in found]
+    assert spent[1] == pytest.approx(2.0 * spent[0], rel=0.3)  # machine measured twice
+    alone = [f.seconds - f.first.whole.total_s for f in found]
+    assert alone == pytest.approx(spent)
+    assert any(row[0] == "analysis stability" for row in found[0].rows())
+    assert forecast_document(found[0])["analyses_cpu_s"] == found[0].of_analyses
