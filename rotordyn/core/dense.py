@@ -13,6 +13,7 @@ import scipy.linalg as la
 
 from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, FloatArray, Matrix
 from solidwhirl.rotordyn.core.errors import AnalysisError
+from solidwhirl.rotordyn.core.ledger import solved
 
 # Roundings of the eigensolver, in units of eps times the norm times the condition of a value.
 _SOLVER_ROUNDINGS = 8.0
@@ -239,6 +240,7 @@ def _standing_shifted(
 ) -> tuple[FloatArray, Matrix]:
     """Solve with σ² = shift and drop the `zeros` lowest modes."""
     lower = la.cholesky(scaled.stiffness + shift * scaled.mass, lower=True)
+    solved("eigenproblems")
     left, singular, _ = la.svd(la.solve_triangular(lower, factor, lower=True))
     squared = np.maximum(1.0 / singular[zeros:] ** 2 - shift, 0.0)
     shapes = la.solve_triangular(lower, left[:, zeros:], lower=True, trans="C")
@@ -276,6 +278,7 @@ def _gyroscopic_definite(
     hermitian[:n, n:] = -1j * half
     hermitian[n:, :n] = 1j * half.T
     wanted = min(count, n)
+    solved("eigenproblems")
     inverse, vectors = la.eigh(
         hermitian, subset_by_index=(2 * n - wanted, 2 * n - 1), overwrite_a=True
     )
@@ -299,6 +302,7 @@ def _gyroscopic_semidefinite(
     lowest = _lowest_frequency(scaled, skew)
     for fraction in (0.5, 0.41, 0.63):
         shift = fraction * lowest
+        solved("eigenproblems")
         inverse, vectors = la.eigh(_shifted_inverse(scaled, skew, lower, root, shift))
         # A shift that happens to hit a mode drowns the others; take the next one.
         if np.abs(inverse).max() * shift < 1e4:
@@ -449,6 +453,7 @@ def _solved(
     companion[:n] = -la.solve(regular, np.hstack((rate, half)))
     companion[n:, :n] = half.conj().T
     is_real, norm = np.isrealobj(companion), float(la.norm(companion))
+    solved("eigenproblems")
     inverse, vectors = la.eig(companion, overwrite_a=True, check_finite=False)
     values = shift + reciprocal(inverse)
     values[np.argsort(np.abs(values), kind="stable")[:zeros]] = 0.0

@@ -24,8 +24,9 @@ from solidwhirl.rotordyn.critical_speeds.whirl_pencils import (
 from solidwhirl.rotordyn.modes.damping import DampingRule, amplification_factor, log_decrement
 from solidwhirl.rotordyn.modes.whirl import whirl_direction
 
-# Systems whose critical speeds are kept, each with ratios and limits: analyses ask for the same.
-_KEPT = 8
+# Systems and ratios whose critical speeds are kept: analyses ask for the same ones. Limits that are
+# closer than this (relative) are one.
+_KEPT, _ROUNDING = 8, 1e-12
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -125,10 +126,24 @@ def critical_speeds(
     is solved on each; steps begin and end at the critical speeds without damping and the knots of
     speed laws. Motions that creep, of a damping ratio above 0.995, are left out.
     """
-    return _found(assembled, *checked_excitation(assembled, excitation_ratio, speed_max_rad_s))
+    ratio, limit = checked_excitation(assembled, excitation_ratio, speed_max_rad_s)
+    known = _searched(assembled, ratio)
+    for reached, found in known:
+        if limit <= reached * (1.0 + _ROUNDING):
+            return tuple(c for c in found if c.speed_rad_s <= limit * (1.0 + _ROUNDING))
+    found = _found(assembled, ratio, limit)
+    known.append((limit, found))
+    return found
 
 
 @lru_cache(maxsize=_KEPT)
+def _searched(
+    assembled: AssembledSystem, ratio: float
+) -> list[tuple[float, tuple[CriticalSpeed, ...]]]:
+    """Return what was found before, and up to which speeds."""
+    return []
+
+
 def _found(assembled: AssembledSystem, ratio: float, limit: float) -> tuple[CriticalSpeed, ...]:
     if _is_undamped_problem(assembled):
         speeds, shapes = undamped_critical_speeds(assembled, ratio, limit)

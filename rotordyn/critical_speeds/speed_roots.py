@@ -22,6 +22,7 @@ from solidwhirl.rotordyn.assembly.law_pieces import LawPieces, derivative, deter
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, Matrix
 from solidwhirl.rotordyn.core.dense import scale_by_stiffness
 from solidwhirl.rotordyn.core.errors import AnalysisError
+from solidwhirl.rotordyn.core.ledger import solved
 from solidwhirl.rotordyn.critical_speeds.whirl_pencils import (
     Pencil,
     PencilLaw,
@@ -241,6 +242,7 @@ class _Search:
     def eigenvalues(self, speed: float) -> FloatArray:
         """Return the eigenvalues of E, rising, computed once."""
         if speed not in self._known:
+            solved("eigenproblems")
             self._known[speed] = la.eigvalsh(self.matrix(speed))
         return self._known[speed]
 
@@ -275,6 +277,7 @@ class _Search:
         edges = np.geomspace(low, high, _HELD + 1)
         for begin, end in pairwise(edges.tolist()):
             held = self.stiffness_at(float(np.sqrt(begin * end)))
+            solved("eigenproblems")
             try:
                 inverse_squares, vectors = la.eigh(self.inertia, held)
             except la.LinAlgError:  # a motion without stiffness, or a negative one
@@ -298,6 +301,7 @@ class _Search:
         """Return a root and its vector of unit length by Rayleigh quotient iteration."""
         for _ in range(_ITERATIONS):
             try:
+                solved("factorisations")
                 vector = np.linalg.solve(self.matrix(speed), vector)
             except la.LinAlgError:
                 return None
@@ -435,6 +439,7 @@ class _Search:
                 start = stop
                 continue
             speed = float(np.mean([root.speed for root in group]))
+            solved("eigenproblems")
             vectors = la.eigh(self.matrix(speed))[1]
             columns += [self.basis @ vectors[:, root.place] for root in group]
             start = stop

@@ -14,6 +14,7 @@ from solidwhirl.rotordyn.assembly.system import AssembledSystem, LawJoint
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, Matrix
 from solidwhirl.rotordyn.core.dense import Scaled, scale_by_stiffness
 from solidwhirl.rotordyn.core.errors import AnalysisError
+from solidwhirl.rotordyn.core.ledger import solved
 from solidwhirl.rotordyn.modes.complex_form import ComplexForm, complex_form
 
 _Law = Callable[[float], FloatArray]
@@ -208,6 +209,7 @@ def direct_speeds(
             return DirectSpeeds(np.empty(0), elastic)
         basis = elastic - kernel @ la.solve(free, kernel.conj().T @ inertia @ elastic)
     reduced = basis.conj().T @ inertia @ basis
+    solved("eigenproblems")
     values, vectors = la.eigh(0.5 * (reduced + reduced.conj().T))
     smallest = 64.0 * values.size * np.finfo(float).eps * np.abs(values).max(initial=0.0)
     kept = np.flatnonzero(values > max(smallest, 1.0 / limit_rad_s**2))[::-1]

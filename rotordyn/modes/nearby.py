@@ -9,6 +9,7 @@ import scipy.linalg as la
 from solidwhirl.rotordyn.assembly.system import SpeedMatrices
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
 from solidwhirl.rotordyn.core.dense import diagonal
+from solidwhirl.rotordyn.core.ledger import solved
 from solidwhirl.rotordyn.modes.left_vectors import balance_of
 
 # Iterations at most, the relative change of the eigenvalues at which they are at rest, and what
@@ -44,6 +45,7 @@ def nearby_modes(
     stiffness = around * matrices.stiffness
     at = rate / size * (1.0 + _BESIDE)
     slope = velocity + at * mass
+    solved("factorisations")
     factors = la.lu_factor(stiffness + at * slope, check_finite=False)
     here = shapes / balance[:, None]
     states = np.vstack((here, at * here))

@@ -24,6 +24,7 @@ from solidwhirl.rotordyn.core.dense import (
     solve_gyroscopic,
     solve_standing,
 )
+from solidwhirl.rotordyn.core.ledger import solved
 from solidwhirl.rotordyn.modes.complex_form import (
     ComplexForm,
     complex_form,
@@ -101,6 +102,7 @@ def plane_spectrum(
     turning = la.solve_triangular(lower_y, turning.T, lower=True).T
     matrix = np.zeros((nx + ny, ny + nx))
     matrix[:nx, :ny], matrix[:nx, ny:], matrix[nx:, :ny] = -turning, half_x, half_y.T
+    solved("eigenproblems")
     left, inverse, right = la.svd(matrix, overwrite_a=True, check_finite=False)
     kept = slice(0, min(count, nx + ny))
     shapes = np.zeros((assembled.size, inverse[kept].size), dtype=complex)
@@ -182,6 +184,7 @@ def _conservative(form: ComplexForm, scaled: Scaled, speed_rad_s: float, count: 
     matrix[:m, :m] = -turning
     matrix[:m, m:], matrix[m:, :m] = half, half.conj().T
     # divide and conquer is twice as fast as the default where all vectors are wanted
+    solved("eigenproblems")
     inverse, vectors = la.eigh(matrix, overwrite_a=True, check_finite=False, driver="evd")
     order = np.argsort(-np.abs(inverse), kind="stable")[: min(count, 2 * m)]
     frequencies = 1.0 / inverse[order]

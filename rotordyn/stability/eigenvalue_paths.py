@@ -42,6 +42,7 @@ from solidwhirl.rotordyn.core.dense import (
     sharpened,
 )
 from solidwhirl.rotordyn.core.errors import AnalysisError
+from solidwhirl.rotordyn.core.ledger import solved
 from solidwhirl.rotordyn.modes.complex_form import ComplexForm, complex_form
 from solidwhirl.rotordyn.modes.damping import NEUTRAL
 
@@ -258,6 +259,7 @@ def solve(block: Block, speed_rad_s: float) -> BlockSpectral:
     regular = np.eye(n) + _congruent(lower, 0.5 * (full - full.conj().T))
     companion = _companion(block, found.velocity, shift, lower, regular, scale)
     norm = float(la.norm(companion))
+    solved("eigenproblems")
     inverse, vectors = la.eig(companion, overwrite_a=True, check_finite=False)
     vectors = vectors.astype(complex)
     dual = dual_of(vectors)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -20,6 +21,7 @@ from solidwhirl.meshing.own.joined import mesh_joined, without_copies
 from solidwhirl.model.mesh_bodies import made_mesh
 from solidwhirl.model.plan_records import BodyPlan, Plan
 from solidwhirl.rotordyn import Superelement
+from solidwhirl.rotordyn.core.ledger import counted
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.speeds_asked import top_speed_text
 from solidwhirl.scene_reading.reader import scene_hash
@@ -36,10 +38,11 @@ _SPIN_SHARE = 0.05
 
 
 class Clock:
-    """Wall time by stage."""
+    """Wall time by stage, and dense problems of the engine solved in it."""
 
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
+        self.solved: dict[str, Counter[str]] = {}
 
     def stage(self, name: str) -> Clock:
         """Charge what follows to a stage."""
@@ -48,9 +51,14 @@ class Clock:
 
     def __enter__(self) -> None:
         self._start = time.perf_counter()
+        self._counting = counted()
+        self._solved = self._counting.__enter__()
 
     def __exit__(self, *_: object) -> None:
         spent = time.perf_counter() - self._start
+        self._counting.__exit__(None, None, None)
+        if self._solved:
+            self.solved.setdefault(self._name, Counter()).update(self._solved)
         self.seconds[self._name] = self.seconds.get(self._name, 0.0) + spent
 
 

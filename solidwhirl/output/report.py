@@ -149,14 +149,20 @@ def _analyses(results: Results) -> str:
 
 
 def _cost(document: dict[str, Any]) -> str:
-    lines = [f"- {name}: {spent:.2f} s" for name, spent in document["timings_s"].items()]
+    problems = document.get("dense_problems", {})
+    lines = [
+        f"- {name}: {spent:.2f} s" + "".join(f", {n} {what}" for what, n in solved.items())
+        for name, spent, solved in (
+            (name, spent, problems.get(name, {})) for name, spent in document["timings_s"].items()
+        )
+    ]
     kept = [name for name, origin in document.get("stages", {}).items() if origin == "kept"]
     if kept:
         lines.append(f"- kept from an earlier run: {', '.join(kept)}")
     lines.append(f"- peak memory: {document['peak_memory_gib']:.2f} GiB")
     predicted = document["predicted_cost"]
     lines.append(
-        f"- predicted without the other analyses: {predicted['cpu_s']:.2g} s of one core, "
+        f"- predicted: {predicted['cpu_s']:.2g} s of one core, "
         f"{predicted['peak_memory_gib']:.2g} GiB"
     )
     return "\n".join(lines)

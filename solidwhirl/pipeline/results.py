@@ -56,6 +56,8 @@ class Results:
     estimates: Estimates | None
     analyses: Mapping[str, Outcome]
     timings_s: Mapping[str, float]
+    #: Eigenproblems of the engine, and factorisations for a few of its modes, by stage
+    dense_problems: Mapping[str, Mapping[str, int]]
     peak_memory_gib: float
     #: Unstable intervals of the whole range of speeds, and damping at the operating speeds
     stability: Stability

@@ -240,6 +240,7 @@ def _analysed(engine: stages.Engine, results: Callable[..., Results]) -> Results
         estimates=estimates,
         analyses=outcomes,
         timings_s=job.clock.seconds,
+        dense_problems=job.clock.solved,
         peak_memory_gib=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0**2,
         stability=stability,
         asymmetry=diagram.asymmetry,

@@ -1,0 +1,58 @@
+"""What a run solves of its engine is counted, and solved once."""
+
+from __future__ import annotations
+
+import pytest
+
+from solidwhirl.pipeline.cached_stages import open_store
+from solidwhirl.pipeline.run import run_scene
+from solidwhirl.scene_reading.reader import parse_scene
+
+BODIES = {"mesh rotor", "reduction rotor"}
+OPERATING = [{"shaft": "rotor", "from_rpm": 9000.0, "to_rpm": 10000.0}]
+
+
+@pytest.fixture(scope="module")
+def lightly_damped(small_scene):
+    def data(stiffness, **more):
+        found = small_scene(
+            rpm=[1500.0 * k for k in range(21)],
+            bearing={"stiffness_n_per_m": stiffness, "damping_n_s_per_m": 50.0},
+            model={"estimates": "on"},
+        )
+        return found | more
+
+    return data
+
+
+def solved(results, stage):
+    found = results.dense_problems.get(stage, {})
+    return found.get("eigenproblems", 0), found.get("factorisations", 0)
+
+
+def test_a_bearing_edit_solves_the_engine_alone(lightly_damped, tmp_path):
+    """And no more of it than before; again the same solves nothing."""
+    store = open_store(tmp_path)
+    first = run_scene(parse_scene(lightly_damped(1e7)), store=store)
+    edited = run_scene(parse_scene(lightly_damped(1.02e7)), store=store)
+    again = run_scene(parse_scene(lightly_damped(1.02e7)), store=store)
+    for name, origin in edited.stages.items():
+        assert origin == "kept" or "rotor" not in name, name
+    assert not again.dense_problems.get("campbell") and "computed" not in again.stages.values()
+    for stage in ("campbell", "critical_speeds", "error_estimate"):
+        before, after = solved(first, stage), solved(edited, stage)
+        assert after[0] <= before[0] and before[0] > 0
+    # one whole eigenproblem for each speed, at rest, and few where modes change quickly
+    assert solved(first, "campbell")[0] <= 1.3 * 21 + 4
+
+
+def test_critical_speeds_are_searched_once(lightly_damped):
+    """Margins up to the same speed ask for what is known; spectra are few, roots are refined."""
+    margins = {
+        "kind": "separation_margins", "operating": OPERATING, "search_factor": 3.0,
+    }  # fmt: skip
+    results = run_scene(parse_scene(lightly_damped(1e7, analyses=[margins])))
+    whole, alone = solved(results, "critical_speeds")
+    assert len(results.critical_speeds) >= 2
+    assert whole <= 12 and alone >= len(results.critical_speeds)
+    assert solved(results, "analysis separation_margins") == (0, 0)
