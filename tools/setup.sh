@@ -15,6 +15,8 @@ case ${1:-} in
 esac
 PYTHON=/usr/bin/python3
 STAMP=.venv/.installed
+# what package managers and compilers say
+LOG=build/setup.log
 WANTED=$(cat pyproject.toml tools/setup.sh tools/constraints.py tools/warm_cache.py | sha256sum)
 
 missing() {
@@ -23,18 +25,42 @@ missing() {
     done
 }
 
+# step TEXT DURATION COMMAND...: say what is done and how long it takes; its output goes to the log
+step() {
+    echo "setup: $1, about $2"
+    began=$(date +%s)
+    shift 2
+    mkdir -p "$(dirname $LOG)"
+    "$@" >> $LOG 2>&1 || {
+        tail -n 15 $LOG >&2
+        echo "setup: this step failed; all that it said is in $LOG" >&2
+        exit 1
+    }
+    echo "setup: done in $(($(date +%s) - began)) s"
+}
+
+apt_install() {
+    # another apt may hold the lock for a while
+    $run apt-get -q -o DPkg::Lock::Timeout=300 update &&
+        $run env DEBIAN_FRONTEND=noninteractive apt-get -q -y -o DPkg::Lock::Timeout=300 \
+            install --no-install-recommends "$@"
+}
+
+environment() {
+    { [ -x .venv/bin/python ] || $PYTHON -m venv --system-site-packages .venv; } &&
+        $PYTHON tools/constraints.py > .venv/constraints.txt &&
+        .venv/bin/python -m pip install --disable-pip-version-check \
+            -c .venv/constraints.txt -e '.[pipeline,dev,docs]'
+}
+
 install_packages() {
     if [ "$(id -u)" = 0 ]; then run=""; elif command -v sudo >/dev/null; then run=sudo; else
         echo "setup: these Debian packages are missing and only root can install them: $1" >&2
         echo "setup: run as root: apt-get install --no-install-recommends $1" >&2
         exit 1
     fi
-    echo "setup: installing $1"
-    # another apt may hold the lock for a while
-    $run apt-get -qq -o DPkg::Lock::Timeout=300 update
     # shellcheck disable=SC2086
-    $run env DEBIAN_FRONTEND=noninteractive apt-get -qq -y -o DPkg::Lock::Timeout=300 \
-        install --no-install-recommends $1 >/dev/null
+    step "installing $1" "a minute, most of it the download" apt_install $1
 }
 
 command -v dpkg-query >/dev/null || {
@@ -45,12 +71,7 @@ absent=$(missing)
 [ -z "$absent" ] || install_packages "$absent"
 
 if [ "$(cat $STAMP 2>/dev/null)" != "$WANTED" ]; then
-    echo "setup: environment .venv"
-    [ -x .venv/bin/python ] || $PYTHON -m venv --system-site-packages .venv
-    $PYTHON tools/constraints.py > .venv/constraints.txt
-    .venv/bin/python -m pip install -q --disable-pip-version-check \
-        -c .venv/constraints.txt -e '.[pipeline,dev,docs]'
-    echo "setup: compiling the finite element kernels once"
-    .venv/bin/python tools/warm_cache.py
+    step "Python environment .venv" "a minute" environment
+    step "compiling the finite element kernels once" "half a minute" .venv/bin/python tools/warm_cache.py
     printf '%s' "$WANTED" > $STAMP
 fi
