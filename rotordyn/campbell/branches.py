@@ -218,8 +218,9 @@ def _order(at_speeds: list[Tracked], rest: int, after: int) -> IntArray:
     return np.asarray(np.lexsort((later, group, first, late)))
 
 
-# Crossings are placed to this (relative), by a polynomial through so many places at most.
-_PLACED, _MOST_PLACES = 1e-5, 8
+# A crossing is placed when it moves by less than this part of its step, by a polynomial through so
+# many places at most.
+_PLACED, _MOST_PLACES = 1e-3, 8
 # A veering is sought where two branches come closer than this fraction of their frequency,
 _CLOSE = 0.3
 # between places where they are this many times farther apart than at the closest point.
@@ -427,14 +428,14 @@ def _meeting_speed(
     polynomial through the places, and what the distance is where that is zero.
     """
     low, high = ends
-    width = abs(high.speed_rad_s - low.speed_rad_s)
     places, distances = (list(v[np.isfinite(gap)]) for v in (speeds, gap))
+    speed = np.inf
     while True:
-        through = BarycentricInterpolator(places, distances)
+        through, before = BarycentricInterpolator(places, distances), speed
         speed = brentq(lambda at, p=through: float(p(at)), low.speed_rad_s, high.speed_rad_s)
-        beside = np.abs(np.array(places) - speed).min()
+        step = min(abs(speed - before), np.abs(np.array(places) - speed).min())
         here = None
-        if beside > _PLACED * max(abs(speed), width) and len(places) < _MOST_PLACES:
+        if step > _PLACED * abs(high.speed_rad_s - low.speed_rad_s) and len(places) < _MOST_PLACES:
             here = alone_at(assembled, low, high, speed)
         if here is None:
             return float(speed)

@@ -46,6 +46,8 @@ _SAME_SPEED, _PARALLEL = 1e-8, 0.99
 _HELD, _BEYOND, _ITERATIONS = 3, 1.5, 12
 # Relative change of a speed that is at rest.
 _AT_REST = 1e-14
+# After a step of an iteration that converges cubically by less than this the next one is nothing.
+_CUBED = 1e-6
 
 
 class SpeedRoots(NamedTuple):
@@ -309,7 +311,7 @@ class _Search:
             before, speed = speed, self._quotient_root(speed, vector)
             if not 0.0 < speed < np.inf:
                 return None
-            if abs(speed - before) <= _AT_REST * speed:
+            if abs(speed - before) <= _CUBED * speed:
                 return speed, vector
         return None
 
