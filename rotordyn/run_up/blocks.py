@@ -35,7 +35,7 @@ _ON_STEP = 1e-6
 _LARGEST_ANGLE = 1.0
 # From one state to the next the fastest unbalance turns by no more than this, or it is one step:
 # the works of the loads are sums over the states.
-_STRIDE_ANGLE = 0.5
+_STRIDE_ANGLE = 0.25
 
 
 class RunPart(NamedTuple):
