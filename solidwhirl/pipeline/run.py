@@ -128,8 +128,8 @@ def reduced(
     refuse_too_large(scene, plan, solids, expected)
     levels = " and ".join(dict.fromkeys(own.level for own in plan.bodies.values())) or level
     progress(
-        f"level {levels}: about {expected.seconds:.2g} s of one core without analyses and "
-        f"pictures, {expected.peak_memory_gib:.2g} GiB, {expected.unknowns} unknowns"
+        f"level {levels}: about {expected.seconds:.2g} s of one core, "
+        f"{expected.peak_memory_gib:.2g} GiB, {expected.unknowns} unknowns"
     )
     foreseen(plan, expected)
     keep_level()  # not before: what is refused leaves nothing behind

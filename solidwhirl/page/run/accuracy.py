@@ -132,8 +132,8 @@ def _cost(document: Mapping[str, Any]) -> Iterator[Block]:
     expected = document["predicted_cost"]
     text = (
         f"Together **{sum(spent.values()):.3g} s** of wall time, at most "
-        f"**{document['peak_memory_gib']:.2g} GiB** of memory. Predicted without the other "
-        f"analyses: {expected['cpu_s']:.2g} s of one core, {expected['peak_memory_gib']:.2g} GiB."
+        f"**{document['peak_memory_gib']:.2g} GiB** of memory. Predicted: "
+        f"{expected['cpu_s']:.2g} s of one core, {expected['peak_memory_gib']:.2g} GiB."
     )
     if kept:
         text += f"\n\nKept from an earlier run, and not computed again: {', '.join(sorted(kept))}."

@@ -206,7 +206,7 @@ def test_stages_are_those_that_were_foreseen(small_run):
 
 @pytest.mark.solver
 def test_all_that_is_to_come_is_told_at_the_start(small_run):
-    """The sum over all stages: more than the forecast, which has no analyses and pictures."""
+    """The sum over all stages: more than the forecast, which has no pictures and files."""
     results, longer = small_run.results, {}
     for pictures in (True, False):
         text = io.StringIO()
