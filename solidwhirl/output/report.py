@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, NamedTuple
 
 from solidwhirl.core.check_report import checks_text
 from solidwhirl.core.errors import markdown_cell, markdown_text
 from solidwhirl.core.warnings import Doubt
+from solidwhirl.cost.effects import EffectCost
 from solidwhirl.cost.forecast import Forecast
+from solidwhirl.cost.tables import forecast_rows, memory_text, seconds_text
 from solidwhirl.model.plan_records import Plan
 from solidwhirl.model.resolution import Resolution
 from solidwhirl.page.frame.records import Block, Table, Text
@@ -59,12 +61,16 @@ def report_text(results: Results, document: dict[str, Any]) -> str:
     return "\n\n".join(p for p in parts if p) + "\n"
 
 
-def plan_text(plan: Plan, doubts: Iterable[Doubt] = ()) -> str:
-    """The plan as Markdown tables, after warnings about the scene."""
-    effects = _table(
-        "effect |  | why | cost when on",
-        ((e.name, "on" if e.on else "off", e.why, e.cost) for e in plan.effects),
-    )
+class Costs(NamedTuple):
+    """What a plan costs: the forecast, and what each effect adds, or saves as it is off."""
+
+    expected: Forecast
+    effects: Mapping[str, EffectCost]
+
+
+def plan_text(plan: Plan, doubts: Iterable[Doubt] = (), costs: Costs | None = None) -> str:
+    """The plan as Markdown tables, after warnings about the scene; `costs`: of its parts."""
+    effects = _effects_table(plan, costs)
     bodies = _table(
         "body | level | circumferential orders | interface motions | "
         "first element order | first corner size [mm] | expected error | matrices | "
@@ -87,7 +93,7 @@ def plan_text(plan: Plan, doubts: Iterable[Doubt] = ()) -> str:
     if said := [f"- {markdown_text(doubt.message)}" for doubt in doubts]:
         parts.insert(0, "\n".join(["Warnings:", "", *said]))
     if plan.analyses:
-        parts.append(_table("analysis | kind", plan.analyses))
+        parts.append(_analyses_table(plan, costs))
     if plan.speeds_beyond:
         fastest = float(plan.speeds_rad_s.max()) * RPM_PER_RAD_S
         parts.append(
@@ -98,10 +104,40 @@ def plan_text(plan: Plan, doubts: Iterable[Doubt] = ()) -> str:
     return "\n\n".join(parts)
 
 
+def _effects_table(plan: Plan, costs: Costs | None) -> str:
+    """Effects, why they are on or off, and what they cost or save."""
+    plain = [(e.name, "on" if e.on else "off", e.why, e.cost) for e in plan.effects]
+    head = "effect |  | why | cost when on"
+    if costs is None:
+        return _table(head, plain)
+    rows = []
+    for effect, row in zip(plan.effects, plain, strict=True):
+        cost, saves = costs.effects.get(effect.name), "" if effect.on else "saves "
+        told = ("-", "-")
+        if cost is not None:
+            told = (
+                f"{saves}{seconds_text(cost.seconds)}",
+                f"{saves}{memory_text(cost.memory_gib)}",
+            )
+        rows.append((*row, *told))
+    return _table(f"{head} | s | GiB", rows)
+
+
+def _analyses_table(plan: Plan, costs: Costs | None) -> str:
+    if costs is None:
+        return _table("analysis | kind", plan.analyses)
+    of_each = costs.expected.analyses
+    rows = (
+        (name, kind, seconds_text(of_each[name].seconds), memory_text(of_each[name].memory_gib))
+        for name, kind in plan.analyses
+    )
+    return _table("analysis | kind | s | GiB", rows)
+
+
 def cost_text(expected: Forecast) -> str:
     """The predicted cost as a Markdown table."""
-    head, *rows = expected.rows()
-    said = "Seconds of one core, without pictures and files."
+    head, *rows = forecast_rows(expected)
+    said = "Processor seconds of one core, with nothing kept from earlier runs."
     return f"{_table(' | '.join(head), rows)}\n\n{said}"
 
 

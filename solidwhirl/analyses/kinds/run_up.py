@@ -15,7 +15,7 @@ from pydantic import Field, model_validator
 
 from solidwhirl.analyses.base import UNBALANCE_TURNS, Analysis, Charts, Engine, Found, Scalars
 from solidwhirl.analyses.unbalances import UnbalanceSpec, end_of, unbalance_of
-from solidwhirl.analyses.work import Work
+from solidwhirl.analyses.work import EngineSize, Work
 from solidwhirl.core.blocks import AnalysisBlock, Table, Text, numbers
 from solidwhirl.core.fields import MOST, Finite, Name, NotNegative, Place, Positive
 from solidwhirl.core.outcome import Outcome, PageSection
@@ -149,11 +149,12 @@ class RunUpSpec(Analysis):
                 raise ValueError(f"bands_hz has ({low:g}, {high:g}); the second must be higher")
         return self
 
-    def work(self, shafts: int) -> Work:
+    def work(self, size: EngineSize) -> Work:
         """Steps of the engine and of each model with fewer flexible bodies."""
-        steps = (self.ramp_s + self.hold_s) * self.sampling_hz
+        lasts = self.ramp_s + self.hold_s
         models = 1 + len(self.compare_flexible)
-        return Work(steps=models * steps, results=100.0 * models)
+        held = lasts * self.record_hz * (3 * len(self.observe) + 10.0)
+        return Work(steps=models * lasts * self.sampling_hz, results=100.0 * models, values=held)
 
     def run(self, engine: Engine) -> Outcome:
         """Run-up with the force through the mount, its spectrum, and models of less complexity."""

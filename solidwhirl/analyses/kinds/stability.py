@@ -17,7 +17,7 @@ from solidwhirl.analyses.stability_summary import (
     stability_of,
     whirl_document,
 )
-from solidwhirl.analyses.work import Work
+from solidwhirl.analyses.work import EngineSize, Work
 from solidwhirl.core.blocks import AnalysisBlock, Table, Text, numbers, whirl_text
 from solidwhirl.core.fields import Positive
 from solidwhirl.core.outcome import Outcome
@@ -43,9 +43,11 @@ class StabilitySpec(base.Sweep):
     count: base.Points = 61
     frequency_max_hz: Positive | None = None
 
-    def work(self, shafts: int) -> Work:
+    def work(self, size: EngineSize) -> Work:
         """How much it has to solve."""
-        return Work(spectra=1.5 * self.count)
+        if size.kind == "damped" or size.laws:
+            return Work(eigenproblems=1.7 * self.count)
+        return Work(eigenproblems=1.0 * self.count)
 
     def run(self, engine: base.Engine) -> Outcome:
         """Damping of the first modes over the speed, and where the engine.system is unstable."""
