@@ -19,6 +19,7 @@ import sys
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -57,7 +58,7 @@ class Case:
         """Processor seconds of each stage of each body or analysis, time by time."""
         out = defaultdict(list)
         events = self.ledger["events"]
-        for event, after in zip(events[:-1], events[1:], strict=True):
+        for event, after in pairwise(events):
             out[event["stage"], event["body"]].append(after["cpu_s"] - event["cpu_s"])
         return dict(out)
 
@@ -65,7 +66,7 @@ class Case:
         """Processor seconds of each analysis, with the bodies that it reduces again."""
         out: dict[str, float] = {}
         events, current = self.ledger["events"], ""
-        for event, after in zip(events[:-1], events[1:], strict=True):
+        for event, after in pairwise(events):
             if event["stage"] == "writing":
                 break
             current = event["body"] if event["stage"] == "analysis" else current

@@ -11,6 +11,7 @@ import resource
 import sys
 import tempfile
 import time
+from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -64,7 +65,7 @@ def measured(path: str) -> dict[str, Any]:
             marks.append(clocks())
     files, page, pictures = (
         {clock: after[clock] - before[clock] for clock in before}
-        for before, after in zip(marks[:-1], marks[1:], strict=True)
+        for before, after in pairwise(marks)
     )
     events.append({"stage": "writing", "body": "", **marks[0]})
     events.append({"stage": "end", "body": "", **{k: marks[0][k] + page[k] for k in page}})

@@ -12,13 +12,14 @@ class EngineSize(NamedTuple):
     """What the work of an analysis depends on beside its own settings.
 
     `shafts`: different speeds at which bodies turn; `laws`: whether bearings depend on the speed;
-    `bodies`: how many there are.
+    `uneven`: whether some are unlike in x and y; `bodies`: how many there are.
     """
 
     kind: EngineKind = "hermitian"
     coordinates: int = 0
     shafts: int = 1
     laws: bool = False
+    uneven: bool = False
     bodies: int = 1
 
     @property

@@ -198,9 +198,7 @@ def journal_of(work: Work) -> Iterator[Journal]:
         write_table(out)
 
 
-def predicted_costs(
-    work: Work, numbers: Sequence[int], machine: Machine
-) -> dict[int, Predicted]:
+def predicted_costs(work: Work, numbers: Sequence[int], machine: Machine) -> dict[int, Predicted]:
     """Predict the cost of some cases, by their index; no time for those that a run refuses."""
     settings, found = work.settings, {}
     for n in numbers:

@@ -1,4 +1,4 @@
-"""What the [[analyses]] of a scene cost: those of the engine, and those that reduce bodies again."""
+"""What the [[analyses]] of a scene cost: of its engine, and those that reduce bodies again."""
 
 from __future__ import annotations
 
@@ -80,9 +80,7 @@ def _nodal_diameters(
     )
 
 
-def _recovery(
-    spec: RecoverySpec, bodies: Mapping[str, Cost], machine: Machine
-) -> AnalysisCost:
+def _recovery(spec: RecoverySpec, bodies: Mapping[str, Cost], machine: Machine) -> AnalysisCost:
     """The last reduction of each body once more, and fields of the states around the axis."""
     around = len(spec.states) * spec.sectors / _SECTORS
     seconds = memory = 0.0

@@ -29,8 +29,15 @@ def engine_size(plan: Plan, scene: Scene, coordinates: int) -> EngineSize:
         coordinates=coordinates,
         shafts=exciters(plan, scene),
         laws=plan.on("speed_dependent_bearings"),
+        uneven=_uneven(scene),
         bodies=len(plan.bodies) + len(scene.rigid_bodies) + len(scene.beams) + len(scene.imported),
     )
+
+
+def _uneven(scene: Scene) -> bool:
+    """Whether a bearing is stiffer in one direction than across it."""
+    stiffnesses = (bearing.stiffness_n_per_m for bearing in scene.bearings)
+    return any(xx != yy or xy != -yx for (xx, xy), (yx, yy) in stiffnesses)
 
 
 def engine_kind(plan: Plan) -> EngineKind:
@@ -68,7 +75,13 @@ def stage_works(plan: Plan, size: EngineSize, estimates: bool) -> dict[str, Work
 
 def seconds_of(work: Work, size: EngineSize) -> float:
     """Processor seconds of work in an engine, on the machine that the coefficients are of."""
-    counts = {
+    counts = unit_counts(work, size)
+    return sum(count * unit_s(name, size.coordinates) for name, count in counts.items())
+
+
+def unit_counts(work: Work, size: EngineSize) -> dict[str, float]:
+    """How many problems of each kind that `run_coefficients.UNITS` has there are in work."""
+    return {
         f"eigenproblem.{size.kind}": work.eigenproblems,
         "undamped": work.undamped,
         "factorisation": work.factorisations,
@@ -77,7 +90,6 @@ def seconds_of(work: Work, size: EngineSize) -> float:
         "check": work.checks,
         "result": work.results,
     }
-    return sum(count * unit_s(name, size.coordinates) for name, count in counts.items())
 
 
 def unit_s(name: str, coordinates: float) -> float:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -17,7 +16,7 @@ from solidwhirl.cost.coefficients import BASE_GIB
 from solidwhirl.cost.engine import engine_size
 from solidwhirl.cost.machine import Machine, this_machine
 from solidwhirl.cost.memory import refuse_what_does_not_fit, with_chosen_solvers
-from solidwhirl.cost.work import Cost, RunCost, predict_body_cost, predict_cost
+from solidwhirl.cost.work import RunCost, predict_body_cost, predict_cost
 from solidwhirl.geometry import Body
 from solidwhirl.meshing.imported.records import AnyBody, MeshedBody, is_asymmetric
 from solidwhirl.meshing.own.prediction import PredictedMesh, predict_refined, predict_revolved

@@ -74,14 +74,22 @@ def calibration_file() -> Path:
 
 def kept_calibration() -> Machine | None:
     """Return the calibration that is kept of this machine; None without one that can be read."""
-    jobs = _kept().get(machine_name())
-    try:
-        factors = {group: float(jobs[group]) / measured.JOBS_S[group] for group in GROUPS}
-    except (TypeError, KeyError, ValueError):
+    jobs = kept_jobs_s()
+    if jobs is None:
         return None
+    factors = {group: jobs[group] / measured.JOBS_S[group] for group in GROUPS}
     if not all(1.0 / _SLOWEST < factor < _SLOWEST for factor in factors.values()):
         return None
     return Machine(factors=factors, calibrated=True)
+
+
+def kept_jobs_s() -> dict[str, float] | None:
+    """Return what the standard jobs took on this machine [s]; None where that is not kept."""
+    jobs = _kept().get(machine_name())
+    try:
+        return {group: float(jobs[group]) for group in GROUPS}
+    except (TypeError, KeyError, ValueError):
+        return None
 
 
 def keep_calibration(jobs_s: Mapping[str, float]) -> Path:

@@ -1,4 +1,4 @@
-"""Coefficients of whole runs beside those of bodies, written by `python bench/forecast.py --fit`."""
+"""Coefficients of whole runs, written by `python bench/forecast.py --fit`."""
 
 from __future__ import annotations
 
@@ -7,15 +7,22 @@ MACHINE = "Intel(R) Xeon(R) Processor"
 GFLOPS, GBYTES_PER_S = 16.3, 41.0
 #: Processor seconds of the standard jobs of `solidwhirl doctor --calibrate` there.
 JOBS_S: dict[str, float] = {
-    "start": 1.5, "meridian": 3.0, "solid": 3.0, "dense": 3.0, "page": 0.8, "pictures": 2.0,
+    "start": 1.5,
+    "meridian": 3.0,
+    "solid": 3.0,
+    "dense": 3.0,
+    "page": 0.8,
+    "pictures": 2.0,
 }
 #: Seconds of the program's imports; where beams are tried, of each body and of each of its nodes.
 START: tuple[float, float, float] = (1.25, 0.3, 0.05)
-#: Seconds of the imports of mesher and solvers.
-SOLVERS_S = 0.65
+#: Seconds of the imports of mesher and solvers, and how often the laws of meshes count.
+SOLVERS_S, MESHES = 0.65, 1.0
 #: Kind of mesh: seconds of each reduction beside its law, and times that law.
 BODIES: dict[str, tuple[float, float]] = {
-    "harmonic": (0.2, 1.3), "revolved": (0.2, 1.3), "solid": (0.2, 1.0),
+    "harmonic": (0.2, 1.3),
+    "revolved": (0.2, 1.3),
+    "solid": (0.2, 1.0),
 }
 #: Seconds a + b (n/100)^2 + c (n/100)^3 of one, in an engine of n coordinates.
 UNITS: dict[str, tuple[float, float, float]] = {

@@ -108,7 +108,7 @@ def predict_body_cost(
     """
     if plan.level == "beam" and isinstance(body, Body):
         return _beam_cost(body, plan, modes)
-    kind = _mesh_kind(body, plan)
+    kind = mesh_kind(body, plan)
     if isinstance(body, MeshedBody):
         mesh = body.expected
     elif mesh is None:
@@ -117,7 +117,7 @@ def predict_body_cost(
     once, times = of_runs.BODIES[kind]
     factor = machine.factor("meridian" if kind == "harmonic" else "solid")
     given = isinstance(body, MeshedBody) and body.request.step is None
-    seconds = {} if given else {"meshing": _meshing_s(kind, mesh)}
+    seconds = {} if given else {"meshing": of_runs.MESHES * _meshing_s(kind, mesh)}
     for problem in problems:
         for stage, spent in _problem_s(kind, plan, mesh, problem, estimates).items():
             seconds[stage] = seconds.get(stage, 0.0) + times * spent
@@ -194,7 +194,7 @@ def resolution_of(plan: BodyPlan) -> Resolution:
     return plan.resolution
 
 
-def _mesh_kind(body: Body | MeshedBody, plan: BodyPlan) -> MeshKind:
+def mesh_kind(body: Body | MeshedBody, plan: BodyPlan) -> MeshKind:
     """Kind of mesh, by which the laws of the cost differ."""
     if plan.level == "harmonic":
         return "harmonic"

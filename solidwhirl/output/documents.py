@@ -254,7 +254,9 @@ def plan_document(plan: Plan) -> dict[str, Any]:
     }
 
 
-def costs_document(plan: Plan, expected: Forecast, effects: Mapping[str, EffectCost]) -> dict[str, Any]:
+def costs_document(
+    plan: Plan, expected: Forecast, effects: Mapping[str, EffectCost]
+) -> dict[str, Any]:
     """What effects and analyses cost, as plain data: of an effect that is off, what that saves."""
     return {
         "effects": {

@@ -1,0 +1,207 @@
+"""From the ledgers of bench/forecast.py to the coefficients of whole runs.
+
+Non-negative least squares of relative errors; what takes less than a tenth of a second counts less.
+"""
+
+from __future__ import annotations
+
+import json
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.optimize import nnls
+
+from solidwhirl.bodies.beams_tried import beams_are_tried
+from solidwhirl.core.machine import machine_speed
+from solidwhirl.cost import run_coefficients as present
+from solidwhirl.cost.around import pictures
+from solidwhirl.cost.engine import engine_size, stage_works, unit_counts
+from solidwhirl.cost.forecast import Forecast, forecast
+from solidwhirl.cost.machine import GROUPS, REFERENCE, kept_jobs_s, machine_name
+from solidwhirl.cost.work import mesh_kind
+from solidwhirl.geometry import Body
+
+if TYPE_CHECKING:
+    from forecast import Case
+
+#: Powers of the coordinates in the time of one problem, beside what each costs once.
+POWERS = {
+    "undamped": (0, 3),
+    "eigenproblem.hermitian": (0, 3),
+    "eigenproblem.damped": (0, 2),
+    "eigenproblem.asymmetric": (3,),
+    "factorisation": (0, 2),
+    "solve": (0, 2),
+    "step": (0, 2),
+    "check": (0, 2),
+    "result": (0,),
+}
+_SHORT_S = 0.1
+# Analyses that reduce bodies again are of other laws.
+_BODIES_AGAIN = ("nodal_diameters", "recovery")
+
+Rows = list[tuple[Mapping[str, float], float]]
+
+
+def relative(rows: Rows) -> dict[str, float]:
+    """Coefficients by name of the sums that are nearest to the times, in parts of these."""
+    names = sorted({name for counts, _ in rows for name in counts})
+    design = np.array([[counts.get(name, 0.0) for name in names] for counts, _ in rows])
+    times = np.array([max(seconds, 0.0) for _, seconds in rows])
+    weight = 1.0 / (times + _SHORT_S)
+    # each column by its own scale: the solver stops at an absolute size
+    scale = np.maximum(np.abs(design).max(axis=0), 1e-300)
+    found, _ = nnls(weight[:, None] * design / scale, weight * times)
+    return dict(zip(names, (found / scale).tolist(), strict=True))
+
+
+def starts(cases: Iterable[Case]) -> Rows:
+    """Imports, and beams that are tried."""
+    rows = []
+    for case in cases:
+        drawn = {name: b for name, b in case.bodies.items() if isinstance(b, Body)}
+        counts = {"once": 1.0}
+        if beams_are_tried(case.scene, drawn):
+            sections = sum(len(body.sections) for body in drawn.values())
+            counts |= {"body": float(len(drawn)), "section": float(sections)}
+        rows.append((counts, case.start_s))
+    return rows
+
+
+def bodies(found: Iterable[tuple[Case, Forecast]]) -> Rows:
+    """Reductions with their meshes and judgements, all rounds of all bodies of a run."""
+    rows = []
+    for case, expected in found:
+        counts: dict[str, float] = {"solvers": 1.0}
+        for one in filter(None, (expected.first, expected.last)):
+            for name, cost in one.bodies.items():
+                own = case.plan.bodies[name]
+                if own.level == "beam":
+                    continue
+                kind = mesh_kind(case.bodies[name], own)
+                once, times = present.BODIES[kind]
+                meshing = cost.seconds.get("meshing", 0.0)
+                law = (cost.total_s - once - meshing) / times
+                counts[f"{kind} once"] = counts.get(f"{kind} once", 0.0) + 1.0
+                counts[f"{kind} law"] = counts.get(f"{kind} law", 0.0) + law
+                counts["mesh"] = counts.get("mesh", 0.0) + meshing
+        rows.append((counts, case.truth()["bodies"]))
+    return rows
+
+
+def engines(found: Iterable[tuple[Case, Forecast]]) -> Rows:
+    """Stages of the engine, and analyses, by what they have to solve."""
+    rows = []
+    for case, _ in found:
+        n = case.ledger["coordinates"]
+        size = engine_size(case.plan, case.scene, n)
+        estimated = case.scene.model.estimates == "on"
+        works = stage_works(case.plan, size, estimated)
+        spent, analyses = case.spent(), case.analyses()
+        stages = {name: sum(spent.get((name, ""), [])) for name in ("campbell", "critical_speeds")}
+        rest = sum(sum(spent.get((name, ""), [])) for name in ("assembly", "error_estimates"))
+        rows.append((_counted(unit_counts(works["campbell"], size), n), stages["campbell"]))
+        others = [w for name, w in works.items() if name != "campbell"]
+        more = defaultdict(float)
+        for work in others:
+            for name, count in _counted(unit_counts(work, size), n).items():
+                more[name] += count
+        if estimated and case.plan.on("coupling_comparison"):
+            more["compared 0"] = float(len(case.plan.bodies))
+        rows.append((more, stages["critical_speeds"] + rest))
+        for spec in case.scene.analyses:
+            if spec.kind not in _BODIES_AGAIN and analyses.get(spec.label, 0.0) > 0.02:
+                counts = _counted(unit_counts(spec.work(size), size), n)
+                if counts:
+                    rows.append((counts, analyses[spec.label]))
+    return rows
+
+
+def _counted(counts: Mapping[str, float], n: int) -> dict[str, float]:
+    return {
+        f"{name} {power}": count * (n / 100.0) ** power
+        for name, count in counts.items()
+        if count
+        for power in POWERS[name]
+    }
+
+
+def fit(cases: list[Case], path: Path) -> None:
+    """Fit all coefficients and write them as the module that the program reads."""
+    found = [(c, forecast(c.scene, c.plan, c.bodies, machine=REFERENCE)) for c in cases]
+    start, body, unit = relative(starts(cases)), relative(bodies(found)), relative(engines(found))
+    size = [(e.last or e.first).whole.unknowns / 1e5 for _, e in found]
+    files = relative([({"once": 1.0, "size": s}, c.ledger["files_cpu_s"])
+                      for c, s in zip(cases, size, strict=True)])  # fmt: skip
+    page = relative([
+        ({"once": 1.0, "each": float(len(c.scene.analyses)), "size": s}, c.ledger["page_cpu_s"])
+        for c, s in zip(cases, size, strict=True)
+    ])  # fmt: skip
+    drawn = relative([({"once": 1.0, "each": float(pictures(c.scene, c.plan))},
+                       c.ledger["pictures_cpu_s"]) for c in cases])  # fmt: skip
+    speed, jobs = machine_speed(), kept_jobs_s() or present.JOBS_S
+    kinds = {k: (body.get(f"{k} once", present.BODIES[k][0]),
+                 body.get(f"{k} law", present.BODIES[k][1])) for k in present.BODIES}  # fmt: skip
+    begun = "(" + ", ".join(f"{start.get(k, 0.0):.4g}" for k in ("once", "body", "section")) + ")"
+    units = {name: tuple(unit.get(f"{name} {p}", 0.0) for p in (0, 2, 3)) for name in POWERS}
+
+    def table(values: Mapping[str, tuple[float, ...] | float]) -> str:
+        def text(row: tuple[float, ...] | float) -> str:
+            if isinstance(row, tuple):
+                return f"({', '.join(f'{v:.4g}' for v in row)})"
+            return f"{row:.4g}"
+
+        return "{\n" + "".join(f'    "{k}": {text(v)},\n' for k, v in values.items()) + "}"
+
+    path.write_text(
+        f'''"""Coefficients of whole runs, written by `python bench/forecast.py --fit`."""
+
+from __future__ import annotations
+
+#: Where they were measured, and the rates of one core there [1e9/s, 1e9 bytes/s].
+MACHINE = {json.dumps(machine_name())}
+GFLOPS, GBYTES_PER_S = {speed.gflops:.4g}, {speed.gbytes_per_s:.4g}
+#: Processor seconds of the standard jobs of `solidwhirl doctor --calibrate` there.
+JOBS_S: dict[str, float] = {table({g: jobs[g] for g in GROUPS})}
+#: Seconds of the program's imports; where beams are tried, of each body and each of its sections.
+START: tuple[float, float, float] = {begun}
+#: Seconds of the imports of mesher and solvers, and how often the laws of meshes count.
+SOLVERS_S, MESHES = {body["solvers"]:.4g}, {body.get("mesh", 1.0) * present.MESHES:.4g}
+#: Kind of mesh: seconds of each reduction beside its law, and times that law.
+BODIES: dict[str, tuple[float, float]] = {table(kinds)}
+#: Seconds a + b (n/100)^2 + c (n/100)^3 of one, in an engine of n coordinates.
+UNITS: dict[str, tuple[float, float, float]] = {table(units)}
+#: Seconds of each body that error estimates compare with another model of it.
+COMPARED_S = {unit.get("compared 0", 0.0):.4g}
+#: Seconds of the fields of a state in a body of 1e5 unknowns, 32 places around.
+FIELDS_S = {_fields(found):.4g}
+#: Seconds of the files: once, per 1e5 unknowns; of the page: once, per analysis, per 1e5 unknowns.
+FILES: tuple[float, float] = ({files["once"]:.4g}, {files["size"]:.4g})
+PAGE: tuple[float, float, float] = ({page["once"]:.4g}, {page["each"]:.4g}, {page["size"]:.4g})
+#: Seconds of the pictures: once, and of each.
+PICTURES: tuple[float, float] = ({drawn["once"]:.4g}, {drawn["each"]:.4g})
+''',
+        encoding="utf-8",
+    )
+
+
+def _fields(found: Iterable[tuple[Case, Forecast]]) -> float:
+    """Of analyses of kind recovery, beside the reduction that comes before."""
+    rows = []
+    for case, expected in found:
+        spent = case.analyses()
+        for spec in case.scene.analyses:
+            if spec.kind == "recovery" and spec.label in spent:
+                last = (expected.last or expected.first).bodies
+                states = len(spec.states) * spec.sectors / 32.0
+                size = sum(states * last[name].unknowns for name in spec.bodies) / 1e5
+                left_out = ("meshing", "error_estimate")
+                before = sum(
+                    last[name].total_s - sum(last[name].seconds.get(s, 0.0) for s in left_out)
+                    for name in spec.bodies
+                )
+                rows.append(({"each": size}, spent[spec.label] - before))
+    return relative(rows)["each"] if rows else present.FIELDS_S
