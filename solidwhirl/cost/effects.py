@@ -10,7 +10,6 @@ from solidwhirl.core.errors import USER_ERRORS
 from solidwhirl.cost.analyses import fields_s, reduced_s
 from solidwhirl.cost.forecast import Forecast, forecast
 from solidwhirl.cost.machine import Machine
-from solidwhirl.cost.work import RunCost
 from solidwhirl.geometry import Body, GeometryError
 from solidwhirl.meshing.imported.records import AnyBody
 from solidwhirl.model.effects import make_plan
@@ -126,8 +125,8 @@ def _with(plan: Plan, name: str, *, on: bool) -> Plan:
 
 def _estimates_s(expected: Forecast, scene: Scene) -> float:
     """Of all rounds: without estimates there are more modes, for which a forecast would count."""
-    rounds = [expected.last, *expected.first.bodies.values()] if expected.last else [expected.first]
-    costs = [one.whole if isinstance(one, RunCost) else one for one in rounds]
+    costs = [(expected.last or expected.first).whole]
+    costs += expected.first.bodies.values() if expected.last else []
     return sum(cost.seconds.get("error_estimate", 0.0) for cost in costs)
 
 

@@ -85,7 +85,7 @@ def kept_calibration() -> Machine | None:
 
 def kept_jobs_s() -> dict[str, float] | None:
     """Return what the standard jobs took on this machine [s]; None where that is not kept."""
-    jobs = _kept().get(machine_name())
+    jobs: Any = _kept().get(machine_name())
     try:
         return {group: float(jobs[group]) for group in GROUPS}
     except (TypeError, KeyError, ValueError):
