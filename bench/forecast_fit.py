@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import json
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,7 +22,7 @@ from solidwhirl.cost.around import pictures
 from solidwhirl.cost.engine import engine_size, stage_works, unit_counts
 from solidwhirl.cost.forecast import Forecast, forecast
 from solidwhirl.cost.machine import GROUPS, REFERENCE, kept_jobs_s, machine_name
-from solidwhirl.cost.work import mesh_kind
+from solidwhirl.cost.work import body_kind, mesh_kind
 from solidwhirl.geometry import Body
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ POWERS = {
     "check": (0, 2),
     "result": (0,),
 }
-_SHORT_S = 0.1
+_SHORT_S, _ROUNDS = 0.1, 20
 # Analyses that reduce bodies again are of other laws.
 _BODIES_AGAIN = ("nodal_diameters", "recovery")
 
@@ -47,14 +48,20 @@ Rows = list[tuple[Mapping[str, float], float]]
 
 
 def relative(rows: Rows) -> dict[str, float]:
-    """Coefficients by name of the sums that are nearest to the times, in parts of these."""
+    """Coefficients by name of the sums that are nearest to the times, in parts of these.
+
+    Errors count in parts of the geometric mean of both, so that half and twice are as far off.
+    """
     names = sorted({name for counts, _ in rows for name in counts})
     design = np.array([[counts.get(name, 0.0) for name in names] for counts, _ in rows])
     times = np.array([max(seconds, 0.0) for _, seconds in rows])
-    weight = 1.0 / (times + _SHORT_S)
     # each column by its own scale: the solver stops at an absolute size
     scale = np.maximum(np.abs(design).max(axis=0), 1e-300)
-    found, _ = nnls(weight[:, None] * design / scale, weight * times)
+    said = times
+    for _ in range(_ROUNDS):
+        weight = 1.0 / (np.sqrt(times * np.maximum(said, 0.1 * times)) + _SHORT_S)
+        found, _ = nnls(weight[:, None] * design / scale, weight * times)
+        said = design / scale @ found
     return dict(zip(names, (found / scale).tolist(), strict=True))
 
 
@@ -71,23 +78,35 @@ def starts(cases: Iterable[Case]) -> Rows:
     return rows
 
 
-def bodies(found: Iterable[tuple[Case, Forecast]]) -> Rows:
+@contextmanager
+def laws_alone() -> Iterator[None]:
+    """Forecast bodies by their laws as bench/scaling.py measured them, and nothing beside."""
+    kept = dict(present.BODIES), present.MESHES
+    present.BODIES.update(dict.fromkeys(present.BODIES, (0.0, 1.0)))
+    present.MESHES = 1.0
+    try:
+        yield
+    finally:
+        present.BODIES.update(kept[0])
+        present.MESHES = kept[1]
+
+
+def bodies(cases: Iterable[Case]) -> Rows:
     """Reductions with their meshes and judgements, all rounds of all bodies of a run."""
     rows = []
-    for case, expected in found:
-        counts: dict[str, float] = {"solvers": 1.0}
+    for case in cases:
+        with laws_alone():
+            expected = forecast(case.scene, case.plan, case.bodies, machine=REFERENCE)
+        counts: dict[str, float] = defaultdict(float, {"solvers": 1.0})
         for one in filter(None, (expected.first, expected.last)):
             for name, cost in one.bodies.items():
                 own = case.plan.bodies[name]
-                if own.level == "beam":
-                    continue
-                kind = mesh_kind(case.bodies[name], own)
-                once, times = present.BODIES[kind]
-                meshing = cost.seconds.get("meshing", 0.0)
-                law = (cost.total_s - once - meshing) / times
-                counts[f"{kind} once"] = counts.get(f"{kind} once", 0.0) + 1.0
-                counts[f"{kind} law"] = counts.get(f"{kind} law", 0.0) + law
-                counts["mesh"] = counts.get("mesh", 0.0) + meshing
+                if own.level != "beam":
+                    kind = body_kind(mesh_kind(case.bodies[name], own), own)
+                    meshing = cost.seconds.get("meshing", 0.0)
+                    counts["once"] += 1.0
+                    counts[kind] += cost.total_s - meshing
+                    counts["mesh"] += meshing
         rows.append((counts, case.truth()["bodies"]))
     return rows
 
@@ -132,7 +151,7 @@ def _counted(counts: Mapping[str, float], n: int) -> dict[str, float]:
 def fit(cases: list[Case], path: Path) -> None:
     """Fit all coefficients and write them as the module that the program reads."""
     found = [(c, forecast(c.scene, c.plan, c.bodies, machine=REFERENCE)) for c in cases]
-    start, body, unit = relative(starts(cases)), relative(bodies(found)), relative(engines(found))
+    start, body, unit = relative(starts(cases)), relative(bodies(cases)), relative(engines(found))
     size = [(e.last or e.first).whole.unknowns / 1e5 for _, e in found]
     files = relative([({"once": 1.0, "size": s}, c.ledger["files_cpu_s"])
                       for c, s in zip(cases, size, strict=True)])  # fmt: skip
@@ -143,8 +162,7 @@ def fit(cases: list[Case], path: Path) -> None:
     drawn = relative([({"once": 1.0, "each": float(pictures(c.scene, c.plan))},
                        c.ledger["pictures_cpu_s"]) for c in cases])  # fmt: skip
     speed, jobs = machine_speed(), kept_jobs_s() or present.JOBS_S
-    kinds = {k: (body.get(f"{k} once", present.BODIES[k][0]),
-                 body.get(f"{k} law", present.BODIES[k][1])) for k in present.BODIES}  # fmt: skip
+    kinds = {k: (body["once"], body.get(k, own[1])) for k, own in present.BODIES.items()}
     begun = "(" + ", ".join(f"{start.get(k, 0.0):.4g}" for k in ("once", "body", "section")) + ")"
     units = {name: tuple(unit.get(f"{name} {p}", 0.0) for p in (0, 2, 3)) for name in POWERS}
 
@@ -169,13 +187,15 @@ JOBS_S: dict[str, float] = {table({g: jobs[g] for g in GROUPS})}
 #: Seconds of the program's imports; where beams are tried, of each body and each of its sections.
 START: tuple[float, float, float] = {begun}
 #: Seconds of the imports of mesher and solvers, and how often the laws of meshes count.
-SOLVERS_S, MESHES = {body["solvers"]:.4g}, {body.get("mesh", 1.0) * present.MESHES:.4g}
+SOLVERS_S, MESHES = {body["solvers"]:.4g}, {body["mesh"]:.4g}
 #: Kind of mesh: seconds of each reduction beside its law, and times that law.
 BODIES: dict[str, tuple[float, float]] = {table(kinds)}
 #: Seconds a + b (n/100)^2 + c (n/100)^3 of one, in an engine of n coordinates.
 UNITS: dict[str, tuple[float, float, float]] = {table(units)}
 #: Seconds of each body that error estimates compare with another model of it.
 COMPARED_S = {unit.get("compared 0", 0.0):.4g}
+#: A nodal diameter beside a circumferential order of its body.
+NODAL_DIAMETER = {_nodal(found):.4g}
 #: Seconds of the fields of a state in a body of 1e5 unknowns, 32 places around.
 FIELDS_S = {_fields(found):.4g}
 #: Seconds of the files: once, per 1e5 unknowns; of the page: once, per analysis, per 1e5 unknowns.
@@ -186,6 +206,18 @@ PICTURES: tuple[float, float] = ({drawn["once"]:.4g}, {drawn["each"]:.4g})
 ''',
         encoding="utf-8",
     )
+
+
+def _nodal(found: Iterable[tuple[Case, Forecast]]) -> float:
+    """Of analyses of kind nodal_diameters, beside what the laws of bodies say."""
+    rows = []
+    for case, expected in found:
+        spent = case.analyses()
+        for spec in case.scene.analyses:
+            if spec.kind == "nodal_diameters" and spec.label in spent:
+                told = expected.analyses[spec.label].seconds / present.NODAL_DIAMETER
+                rows.append(({"each": told}, spent[spec.label]))
+    return relative(rows)["each"] if rows else present.NODAL_DIAMETER
 
 
 def _fields(found: Iterable[tuple[Case, Forecast]]) -> float:

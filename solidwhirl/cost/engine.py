@@ -58,6 +58,9 @@ def exciters(plan: Plan, scene: Scene) -> int:
 def stage_works(plan: Plan, size: EngineSize, estimates: bool) -> dict[str, Work]:
     """What every run solves of its engine, by stage; `estimates`: whether errors are estimated."""
     looked_at = len(plan.speeds_rad_s) + _LOOKED_AT
+    if size.shafts == 0:  # at rest nothing is followed
+        found = {"campbell": Work(undamped=looked_at), "checks": Work(checks=1.0)}
+        return found | ({"error_estimate": Work(undamped=4.0 * looked_at)} if estimates else {})
     if size.kind == "asymmetric":
         # critical speeds and unstable ranges come with the diagram
         return {"campbell": Work(eigenproblems=looked_at)}

@@ -114,7 +114,7 @@ def predict_body_cost(
     elif mesh is None:
         mesh = predict_mesh(body, resolution_of(plan).size, kind)
     problems = [_problem(plan, order, modes) for order in plan.solved_orders]
-    once, times = of_runs.BODIES[kind]
+    once, times = of_runs.BODIES[body_kind(kind, plan)]
     factor = machine.factor("meridian" if kind == "harmonic" else "solid")
     given = isinstance(body, MeshedBody) and body.request.step is None
     seconds = {} if given else {"meshing": of_runs.MESHES * _meshing_s(kind, mesh)}
@@ -199,6 +199,15 @@ def mesh_kind(body: Body | MeshedBody, plan: BodyPlan) -> MeshKind:
     if plan.level == "harmonic":
         return "harmonic"
     return "solid" if isinstance(body, MeshedBody) or body.features else "revolved"
+
+
+def body_kind(kind: MeshKind, plan: BodyPlan) -> str:
+    """Key of a body in `run_coefficients.BODIES`; of a solid by what of it is meshed."""
+    if kind != "solid":
+        return kind
+    if None not in plan.solved_orders:
+        return "sector"
+    return "asymmetric" if plan.shape == "asymmetric" else "whole"
 
 
 @dataclass(frozen=True, kw_only=True)
