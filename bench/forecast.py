@@ -3,6 +3,7 @@
     python bench/forecast.py              measure what is not measured yet, and print the table
     python bench/forecast.py --again      measure everything again (half an hour)
     python bench/forecast.py --fit        fit solidwhirl/cost/run_coefficients.py, after measuring
+    python bench/forecast.py --leave-one-out   forecast each by a fit to all others
     python bench/forecast.py --only ferraris random_7_3
 
 Each run is a process of its own (bench/forecast_run.py), whose ledger stays in out/forecast. The
@@ -27,7 +28,7 @@ import numpy as np
 from forecast_run import read
 
 from solidwhirl.cost.forecast import Forecast, forecast
-from solidwhirl.cost.machine import Machine, kept_calibration, this_machine
+from solidwhirl.cost.machine import REFERENCE, Machine, kept_calibration, this_machine
 from solidwhirl.meshing.imported.records import AnyBody
 from solidwhirl.model.bodies import build_bodies
 from solidwhirl.model.effects import make_plan
@@ -151,27 +152,54 @@ def cases(names: dict[str, Path]) -> Iterator[Case]:
         yield Case(name=name, scene=scene, plan=plan, bodies=every, ledger=document)
 
 
-def table(found: list[Case], machine: Machine) -> None:
+@dataclass(frozen=True, kw_only=True)
+class Pair:
+    """What was said of a run, and what it took."""
+
+    name: str
+    told: dict[str, float]
+    took: dict[str, float]
+    memory: tuple[float, float]
+
+    @property
+    def ratio(self) -> float:
+        """Truth over forecast."""
+        return sum(self.took.values()) / sum(self.told.values())
+
+
+def pair(case: Case, machine: Machine) -> Pair:
+    """Forecast a run that was measured."""
+    found = forecast(case.scene, case.plan, case.bodies, machine=machine)
+    memory = (found.peak_memory_gib, case.ledger["peak_memory_gib"])
+    return Pair(name=case.name, told=foretold(found), took=case.truth(), memory=memory)
+
+
+def others_told(cases: list[Case]) -> list[Pair]:
+    """Forecast each run by coefficients that were fitted to all others."""
+    from forecast_fit import fitted, using
+
+    out = []
+    for case in cases:
+        with using(fitted([other for other in cases if other is not case])):
+            out.append(pair(case, REFERENCE))
+    return out
+
+
+def table(pairs: list[Pair]) -> None:
     """Print forecast and truth, by stage, and how far the worst is off."""
-    print("| scene | forecast s | took s | ratio | " + " | ".join(STAGES) + " | memory |")
+    print("| scene | forecast s | took s | ratio | " + " | ".join(STAGES) + " | memory GiB |")
     print("|" + "---|" * (5 + len(STAGES)))
-    ratios, by_stage = [], defaultdict(list)
-    for case in found:
-        expected = forecast(case.scene, case.plan, case.bodies, machine=machine)
-        told, took = foretold(expected), case.truth()
-        whole, all_of_it = sum(told.values()), sum(took.values())
-        ratios.append(all_of_it / whole)
-        for stage in STAGES:
-            by_stage[stage].append((took[stage], told[stage]))
-        cells = [f"{told[s]:.2g} / {took[s]:.2g}" for s in STAGES]
-        memory = f"{expected.peak_memory_gib:.2g} / {case.ledger['peak_memory_gib']:.2g}"
-        head = f"| {case.name} | {whole:.3g} | {all_of_it:.3g} | {ratios[-1]:.2f} | "
-        print(head + " | ".join(cells) + f" | {memory} |")
-    off = np.maximum(ratios, 1.0 / np.array(ratios))
+    for one in pairs:
+        cells = [f"{one.told[s]:.2g} / {one.took[s]:.2g}" for s in STAGES]
+        sums = f"{sum(one.told.values()):.3g} | {sum(one.took.values()):.3g}"
+        memory = " / ".join(f"{gib:.2g}" for gib in one.memory)
+        print(f"| {one.name} | {sums} | {one.ratio:.2f} | {' | '.join(cells)} | {memory} |")
+    off = np.array([max(one.ratio, 1.0 / one.ratio) for one in pairs])
     print(f"\nwithin 1.5: {int(np.count_nonzero(off <= 1.5))} of {off.size}; ", end="")
     print(f"median {np.median(off):.2f}, worst {off.max():.2f}")
-    for stage, pairs in by_stage.items():
-        large = [max(a / b, b / a) for a, b in pairs if min(a, b) > 0.0 and max(a, b) > 0.3]
+    for stage in STAGES:
+        both = [(one.told[stage], one.took[stage]) for one in pairs]
+        large = [max(a / b, b / a) for a, b in both if min(a, b) > 0.0 and max(a, b) > 0.3]
         if large:
             print(f"{stage}: median {np.median(large):.2f}, worst {max(large):.2f}")
 
@@ -181,6 +209,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--again", action="store_true", help="measure everything again")
     parser.add_argument("--fit", action="store_true", help="fit the coefficients of runs")
+    parser.add_argument("--leave-one-out", action="store_true", help="by a fit to all other runs")
     parser.add_argument("--only", nargs="*", help="these scenes alone")
     parser.add_argument("--measured", action="store_true", help="measure nothing")
     asked = parser.parse_args()
@@ -193,11 +222,14 @@ def main() -> None:
                 measure(name, path)
     found = list(cases(names))
     if asked.fit:
-        from forecast_fit import fit
+        from forecast_fit import fitted, using, write
 
-        fit(found, ROOT / "solidwhirl" / "cost" / "run_coefficients.py")
-        print("fitted; the table is of the coefficients before", file=sys.stderr)
-    table(found, this_machine())
+        values = fitted(found)
+        write(values, ROOT / "solidwhirl" / "cost" / "run_coefficients.py")
+        with using(values):
+            table([pair(case, REFERENCE) for case in found])
+        return
+    table(others_told(found) if asked.leave_one_out else [pair(c, this_machine()) for c in found])
 
 
 if __name__ == "__main__":

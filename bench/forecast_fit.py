@@ -10,7 +10,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.optimize import nnls
@@ -28,15 +28,35 @@ from solidwhirl.geometry import Body
 if TYPE_CHECKING:
     from forecast import Case
 
+HEAD = '"""Coefficients of whole runs, written by `python bench/forecast.py --fit`."""'
+#: What each coefficient is.
+WORDS = {
+    "MACHINE": "Where they were measured, on one core.",
+    "GFLOPS": "Rates of `solidwhirl.core.machine` there [1e9/s].",
+    "GBYTES_PER_S": "And of memory [1e9 bytes/s].",
+    "JOBS_S": "Processor seconds of the standard jobs of `solidwhirl doctor --calibrate` there.",
+    "START": "Seconds of imports; where beams are tried, of each body and each of its sections.",
+    "SOLVERS_S": "Seconds of the imports of mesher and solvers.",
+    "MESHES": "How often the laws of meshes count.",
+    "BODIES": "Kind of body: seconds of each reduction beside its law, and times that law.",
+    "UNITS": "Seconds a + b (n/100)^2 + c (n/100)^3 of one, in an engine of n coordinates.",
+    "COMPARED_S": "Seconds of each body that error estimates compare with another model of it.",
+    "NODAL_DIAMETER": "A nodal diameter beside a circumferential order of its body.",
+    "FIELDS_S": "Seconds of the fields of a state in a body of 1e5 unknowns, 32 places around.",
+    "FILES": "Seconds of the files: once, and per 1e5 unknowns.",
+    "PAGE": "Seconds of the page: once, per analysis, per 1e5 unknowns.",
+    "PICTURES": "Seconds of the pictures: once, and of each.",
+}
 #: Powers of the coordinates in the time of one problem, beside what each costs once.
 POWERS = {
     "undamped": (0, 3),
     "eigenproblem.hermitian": (0, 3),
     "eigenproblem.damped": (0, 2),
+    "eigenproblem.isotropic": (2,),
     "eigenproblem.asymmetric": (3,),
     "factorisation": (0, 2),
     "solve": (0, 2),
-    "step": (0, 2),
+    "step": (0,),
     "check": (0, 2),
     "result": (0,),
 }
@@ -148,64 +168,83 @@ def _counted(counts: Mapping[str, float], n: int) -> dict[str, float]:
     }
 
 
-def fit(cases: list[Case], path: Path) -> None:
-    """Fit all coefficients and write them as the module that the program reads."""
+def fitted(cases: list[Case]) -> dict[str, Any]:
+    """Coefficients by their names in `solidwhirl.cost.run_coefficients`, without the machine's."""
     found = [(c, forecast(c.scene, c.plan, c.bodies, machine=REFERENCE)) for c in cases]
     start, body, unit = relative(starts(cases)), relative(bodies(cases)), relative(engines(found))
-    size = [(e.last or e.first).whole.unknowns / 1e5 for _, e in found]
-    files = relative([({"once": 1.0, "size": s}, c.ledger["files_cpu_s"])
-                      for c, s in zip(cases, size, strict=True)])  # fmt: skip
-    page = relative([
-        ({"once": 1.0, "each": float(len(c.scene.analyses)), "size": s}, c.ledger["page_cpu_s"])
-        for c, s in zip(cases, size, strict=True)
-    ])  # fmt: skip
-    drawn = relative([({"once": 1.0, "each": float(pictures(c.scene, c.plan))},
-                       c.ledger["pictures_cpu_s"]) for c in cases])  # fmt: skip
+    files, page, drawn = [], [], []
+    for case, expected in found:
+        size = (expected.last or expected.first).whole.unknowns / 1e5
+        analyses = float(len(case.scene.analyses))
+        files.append(({"once": 1.0, "size": size}, case.ledger["files_cpu_s"]))
+        page.append(({"once": 1.0, "each": analyses, "size": size}, case.ledger["page_cpu_s"]))
+        count = float(pictures(case.scene, case.plan))
+        drawn.append(({"once": 1.0, "each": count}, case.ledger["pictures_cpu_s"]))
+    of_files, of_page, of_pictures = relative(files), relative(page), relative(drawn)
+    return {
+        "START": tuple(start.get(k, 0.0) for k in ("once", "body", "section")),
+        "SOLVERS_S": body["solvers"],
+        "MESHES": body["mesh"],
+        "BODIES": {k: (body["once"], body.get(k, own[1])) for k, own in present.BODIES.items()},
+        "UNITS": {
+            name: tuple(unit.get(f"{name} {p}", 0.0) for p in (0, 2, 3))
+            if any(f"{name} {p}" in unit for p in powers)
+            else present.UNITS[name]
+            for name, powers in POWERS.items()
+        },
+        "COMPARED_S": unit.get("compared 0", present.COMPARED_S),
+        "NODAL_DIAMETER": _nodal(found),
+        "FIELDS_S": _fields(found),
+        "FILES": (of_files["once"], of_files["size"]),
+        "PAGE": (of_page["once"], of_page["each"], of_page["size"]),
+        "PICTURES": (of_pictures["once"], of_pictures["each"]),
+    }
+
+
+@contextmanager
+def using(values: Mapping[str, Any]) -> Iterator[None]:
+    """Forecast with other coefficients."""
+    kept = {name: getattr(present, name) for name in values}
+    for name, value in values.items():
+        setattr(present, name, value)
+    try:
+        yield
+    finally:
+        for name, value in kept.items():
+            setattr(present, name, value)
+
+
+def write(values: Mapping[str, Any], path: Path) -> None:
+    """Write the coefficients as the module that the program reads, with the machine's jobs."""
     speed, jobs = machine_speed(), kept_jobs_s() or present.JOBS_S
-    kinds = {k: (body["once"], body.get(k, own[1])) for k, own in present.BODIES.items()}
-    begun = "(" + ", ".join(f"{start.get(k, 0.0):.4g}" for k in ("once", "body", "section")) + ")"
-    units = {name: tuple(unit.get(f"{name} {p}", 0.0) for p in (0, 2, 3)) for name in POWERS}
+    own = {
+        "MACHINE": machine_name(),
+        "GFLOPS": speed.gflops,
+        "GBYTES_PER_S": speed.gbytes_per_s,
+        "JOBS_S": {group: jobs[group] for group in GROUPS},
+    }
+    lines = [HEAD, "", "from __future__ import annotations", ""]
+    for name, value in {**own, **values}.items():
+        lines += [f"#: {WORDS[name]}", f"{name}{_type(value)} = {_text(value)}"]
+    path.write_text("\n".join([*lines, ""]), encoding="utf-8")
 
-    def table(values: Mapping[str, tuple[float, ...] | float]) -> str:
-        def text(row: tuple[float, ...] | float) -> str:
-            if isinstance(row, tuple):
-                return f"({', '.join(f'{v:.4g}' for v in row)})"
-            return f"{row:.4g}"
 
-        return "{\n" + "".join(f'    "{k}": {text(v)},\n' for k, v in values.items()) + "}"
+def _type(value: Any) -> str:
+    if isinstance(value, dict):
+        each = next(iter(value.values()))
+        return f": dict[str, {_type(each)[2:] or 'float'}]"
+    if isinstance(value, tuple):
+        return f": tuple[{', '.join(['float'] * len(value))}]"
+    return ""
 
-    path.write_text(
-        f'''"""Coefficients of whole runs, written by `python bench/forecast.py --fit`."""
 
-from __future__ import annotations
-
-#: Where they were measured, and the rates of one core there [1e9/s, 1e9 bytes/s].
-MACHINE = {json.dumps(machine_name())}
-GFLOPS, GBYTES_PER_S = {speed.gflops:.4g}, {speed.gbytes_per_s:.4g}
-#: Processor seconds of the standard jobs of `solidwhirl doctor --calibrate` there.
-JOBS_S: dict[str, float] = {table({g: jobs[g] for g in GROUPS})}
-#: Seconds of the program's imports; where beams are tried, of each body and each of its sections.
-START: tuple[float, float, float] = {begun}
-#: Seconds of the imports of mesher and solvers, and how often the laws of meshes count.
-SOLVERS_S, MESHES = {body["solvers"]:.4g}, {body["mesh"]:.4g}
-#: Kind of mesh: seconds of each reduction beside its law, and times that law.
-BODIES: dict[str, tuple[float, float]] = {table(kinds)}
-#: Seconds a + b (n/100)^2 + c (n/100)^3 of one, in an engine of n coordinates.
-UNITS: dict[str, tuple[float, float, float]] = {table(units)}
-#: Seconds of each body that error estimates compare with another model of it.
-COMPARED_S = {unit.get("compared 0", 0.0):.4g}
-#: A nodal diameter beside a circumferential order of its body.
-NODAL_DIAMETER = {_nodal(found):.4g}
-#: Seconds of the fields of a state in a body of 1e5 unknowns, 32 places around.
-FIELDS_S = {_fields(found):.4g}
-#: Seconds of the files: once, per 1e5 unknowns; of the page: once, per analysis, per 1e5 unknowns.
-FILES: tuple[float, float] = ({files["once"]:.4g}, {files["size"]:.4g})
-PAGE: tuple[float, float, float] = ({page["once"]:.4g}, {page["each"]:.4g}, {page["size"]:.4g})
-#: Seconds of the pictures: once, and of each.
-PICTURES: tuple[float, float] = ({drawn["once"]:.4g}, {drawn["each"]:.4g})
-''',
-        encoding="utf-8",
-    )
+def _text(value: Any) -> str:
+    if isinstance(value, dict):
+        rows = (f"    {json.dumps(name)}: {_text(each)}," for name, each in value.items())
+        return "\n".join(["{", *rows, "}"])
+    if isinstance(value, tuple):
+        return f"({', '.join(_text(each) for each in value)})"
+    return json.dumps(value) if isinstance(value, str) else f"{value:.4g}"
 
 
 def _nodal(found: Iterable[tuple[Case, Forecast]]) -> float:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Literal, NamedTuple
 
-#: How eigenproblems of an engine are solved: without damping, with it, in the frame of a body.
-EngineKind = Literal["hermitian", "damped", "asymmetric"]
+#: How eigenproblems of an engine are solved: without damping; with it; with it, as complex ones of
+#: half the size, where bearings follow the speed and are alike in x and y; in the frame of a body.
+EngineKind = Literal["hermitian", "damped", "isotropic", "asymmetric"]
 
 
 class EngineSize(NamedTuple):
@@ -25,6 +26,8 @@ class EngineSize(NamedTuple):
     @property
     def search(self) -> Work:
         """Work of the search for the critical speeds that one shaft excites."""
+        if self.kind == "isotropic":
+            return Work(eigenproblems=60.0)
         if self.laws:
             return Work(eigenproblems=45.0, factorisations=200.0)
         if self.kind == "damped":

@@ -17,15 +17,17 @@ _LOOKED_AT = 8.0
 # Of each of these speeds, modes that are placed by themselves: where bearings follow the speed, and
 # where they do not.
 _PLACED, _PLACED_CONSTANT = 5.5, 0.8
+# Eigenproblems of half the size for each of these speeds, placed modes among them.
+_ALIKE = 15.0
 # Matrices of the engine that are in memory at once, by the kind of its eigenproblems: damped ones
 # have twice the size, those in the frame of a body some harmonics.
-_MATRICES = {"hermitian": 12.0, "damped": 40.0, "asymmetric": 400.0}
+_MATRICES = {"hermitian": 12.0, "damped": 40.0, "isotropic": 40.0, "asymmetric": 400.0}
 
 
 def engine_size(plan: Plan, scene: Scene, coordinates: int) -> EngineSize:
     """Return what the work of an engine depends on; `coordinates`: after its reduction."""
     return EngineSize(
-        kind=engine_kind(plan),
+        kind=engine_kind(plan, scene),
         coordinates=coordinates,
         shafts=exciters(plan, scene),
         laws=plan.on("speed_dependent_bearings"),
@@ -35,17 +37,25 @@ def engine_size(plan: Plan, scene: Scene, coordinates: int) -> EngineSize:
 
 
 def _uneven(scene: Scene) -> bool:
-    """Whether a bearing is stiffer in one direction than across it."""
-    stiffnesses = (bearing.stiffness_n_per_m for bearing in scene.bearings)
-    return any(xx != yy or xy != -yx for (xx, xy), (yx, yy) in stiffnesses)
+    """Whether a bearing is stiffer in one direction than across it, at some speed."""
+    laws = [scene.speed_laws[b.speed_law] for b in scene.bearings if b.speed_law is not None]
+    stiffnesses = [
+        *(bearing.stiffness_n_per_m for bearing in scene.bearings),
+        *(at_speed for law in laws if law.kind == "table" for at_speed in law.stiffness_n_per_m),
+    ]
+    if any(xx != yy or xy != -yx for (xx, xy), (yx, yy) in stiffnesses):
+        return True
+    return any(law.kind == "polynomial" and law.stiffness_x != law.stiffness_y for law in laws)
 
 
-def engine_kind(plan: Plan) -> EngineKind:
+def engine_kind(plan: Plan, scene: Scene) -> EngineKind:
     """How its eigenproblems are solved."""
     if plan.on("asymmetry"):
         return "asymmetric"
-    damped = plan.on("bearing_damping") or plan.on("internal_damping")
-    return "damped" if damped else "hermitian"
+    if not (plan.on("bearing_damping") or plan.on("internal_damping")):
+        return "hermitian"
+    alike = plan.on("speed_dependent_bearings") and not _uneven(scene)
+    return "isotropic" if alike else "damped"
 
 
 def exciters(plan: Plan, scene: Scene) -> int:
@@ -64,6 +74,16 @@ def stage_works(plan: Plan, size: EngineSize, estimates: bool) -> dict[str, Work
     if size.kind == "asymmetric":
         # critical speeds and unstable ranges come with the diagram
         return {"campbell": Work(eigenproblems=looked_at)}
+    if size.kind == "isotropic":
+        diagram = Work(eigenproblems=_ALIKE * looked_at)
+        found = {
+            "campbell": diagram,
+            "critical_speeds": size.search.times(size.shafts),
+            "checks": Work(checks=looked_at),
+        }
+        return found | (
+            {"error_estimate": Work(eigenproblems=2.0 * _ALIKE * looked_at)} if estimates else {}
+        )
     placed = _PLACED if size.laws else _PLACED_CONSTANT if size.kind == "damped" else 0.0
     diagram = Work(eigenproblems=looked_at, factorisations=placed * looked_at)
     found = {"campbell": diagram, "critical_speeds": size.search.times(size.shafts)}

@@ -58,6 +58,8 @@ _PROMINENT = 1.5
 # Lowest frequency of a peak of the force [Hz].
 _LOWEST_HZ = 1.0
 _MOST_STEPS = 5e7
+# Time of a step in the frame of a body beside one in fixed axes, where parts are stepped apart.
+_TOGETHER = 5.0
 # Models whose curves can be told apart beside the full one.
 _MOST_MODELS = 6
 # Numbers of steps must be whole to this.
@@ -154,7 +156,10 @@ class RunUpSpec(Analysis):
         lasts = self.ramp_s + self.hold_s
         models = 1 + len(self.compare_flexible)
         held = lasts * self.record_hz * (3 * len(self.observe) + 10.0)
-        return Work(steps=models * lasts * self.sampling_hz, results=100.0 * models, values=held)
+        steps = models * lasts * self.sampling_hz
+        if size.kind == "asymmetric":  # nothing is stepped apart in the frame of a body
+            steps *= _TOGETHER
+        return Work(steps=steps, results=100.0 * models, values=held)
 
     def run(self, engine: Engine) -> Outcome:
         """Run-up with the force through the mount, its spectrum, and models of less complexity."""

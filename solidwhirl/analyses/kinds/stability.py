@@ -28,6 +28,9 @@ from solidwhirl.rotordyn.plots import chart as charts
 from solidwhirl.rotordyn.plots.campbell import unstable_spans
 from solidwhirl.rotordyn.stability.intervals import stability_chart as damping_of
 
+# Speeds at which it is checked by other means, where bearings follow the speed.
+_CHECKED = 100.0
+
 
 class StabilitySpec(base.Sweep):
     """Smallest damping over the speed and where the engine becomes unstable."""
@@ -45,9 +48,8 @@ class StabilitySpec(base.Sweep):
 
     def work(self, size: EngineSize) -> Work:
         """How much it has to solve."""
-        if size.kind == "damped" or size.laws:
-            return Work(eigenproblems=1.7 * self.count)
-        return Work(eigenproblems=1.0 * self.count)
+        each = {"hermitian": 1.0, "isotropic": 4.0}.get(size.kind, 1.7)
+        return Work(eigenproblems=each * self.count, checks=_CHECKED if size.laws else 0.0)
 
     def run(self, engine: base.Engine) -> Outcome:
         """Damping of the first modes over the speed, and where the engine.system is unstable."""

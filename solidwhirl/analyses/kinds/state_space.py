@@ -65,7 +65,7 @@ class StateSpaceSpec(Analysis):
     def work(self, size: EngineSize) -> Work:
         """How much it has to solve."""
         values = self.speed_count * (2.0 * size.coordinates) ** 2
-        return Work(eigenproblems=0.5 * self.speed_count, results=100.0, values=values)
+        return Work(eigenproblems=2.0 * self.speed_count, results=300.0, values=values)
 
     def run(self, engine: Engine) -> Outcome:
         """A, B, C, D between forces and motions at interfaces over the speed."""
