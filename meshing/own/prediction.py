@@ -89,6 +89,17 @@ class PredictedMesh:
             return 3 * self._nodes(degree)
         return 6 * (self._nodes(degree) - self.cut_face._nodes(degree))
 
+    def times(self, factor: float) -> PredictedMesh:
+        """Return the numbers of a mesh so many times as large."""
+        counts = {
+            key: round(factor * getattr(self, key))
+            for key in ("cells", "vertices", "edges", "facets")
+        }
+        face = self.cut_face
+        # a face grows with the square of what the solid grows with the cube of
+        cut = None if face is None else face.times(factor ** (2.0 / 3.0))
+        return replace(self, **counts, cut_face=cut)
+
     def _nodes(self, degree: int) -> int:
         """Add p - 1 nodes in an edge, (p-1)(p-2)/2 in a triangle, (p-1)(p-2)(p-3)/6 in a cell."""
         p, solid = degree, self.dimension == 3

@@ -70,7 +70,9 @@ def _nodal_diameters(
 ) -> AnalysisCost:
     """Every nodal diameter costs about what a circumferential order of its body does."""
     count = len(spec.indices(sectors_of(scene, spec.body))[0])
-    order = reduced_s(body) / len(plan.bodies[spec.body].solved_orders)
+    order = (body.total_s - body.seconds.get("meshing", 0.0)) / len(
+        plan.bodies[spec.body].solved_orders
+    )
     each = measured.NODAL_DIAMETER * order
     return AnalysisCost(
         seconds=count * each,

@@ -16,11 +16,16 @@ from solidwhirl.cost.coefficients import BASE_GIB
 from solidwhirl.cost.engine import engine_size
 from solidwhirl.cost.machine import Machine, this_machine
 from solidwhirl.cost.memory import refuse_what_does_not_fit, with_chosen_solvers
-from solidwhirl.cost.work import RunCost, predict_body_cost, predict_cost
+from solidwhirl.cost.work import RunCost, mesh_kind, predict_body_cost, predict_cost
 from solidwhirl.geometry import Body
 from solidwhirl.meshing.imported.records import AnyBody, MeshedBody, is_asymmetric
-from solidwhirl.meshing.own.prediction import PredictedMesh, predict_refined, predict_revolved
-from solidwhirl.model.plan_records import Plan
+from solidwhirl.meshing.own.prediction import (
+    PredictedMesh,
+    predict_mesh,
+    predict_refined,
+    predict_revolved,
+)
+from solidwhirl.model.plan_records import BodyPlan, Plan
 from solidwhirl.model.resolution import choose_resolution
 from solidwhirl.scene.records import Scene
 
@@ -28,7 +33,10 @@ from solidwhirl.scene.records import Scene
 _GROWTH = 1.25
 # First meshes are better than their rule expects by such factors, by the order of their elements;
 # where that is enough there is one round (measured: bench/forecast.py).
-_BETTER = {2: 2.0, 3: 10.0}
+_BETTER, _LOWEST = {2: 2.0, 3: 10.0}, 2
+# Meshes of elements of order 2 become larger by these factors at least, once they are refined
+# (measured: bench/forecast.py).
+_REFINED = {"harmonic": 2.0, "revolved": 3.0, "solid": 4.0}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,22 +93,13 @@ def forecast(
     modes, estimated = _modes(scene, plan, bodies), scene.model.estimates == "on"
     plan = _solvers_chosen(scene, plan, bodies)
     first = predict_cost(plan, scene, bodies, modes=modes, estimates=estimated, machine=machine)
-    rule = scene.model.model_copy(update={"estimates": "off"})
-    finer = {}
-    for name, own in plan.bodies.items():
-        if own.resolution is not None and own.resolution.is_adapted:
-            body = bodies[name]
-            assert isinstance(body, Body)  # given meshes are not adapted
-            wanted = choose_resolution(body, own.level, rule)
-            better = _BETTER.get(own.resolution.degree, 1.0) * scene.model.accuracy
-            coarse = wanted.size.corner_size_m < own.resolution.size.corner_size_m
-            if coarse and own.resolution.expected_error > better:
-                resolution = replace(wanted, degree=own.resolution.degree)
-                finer[name] = replace(own, resolution=resolution)
+    finer, meshes = _finer(scene, plan, bodies)
     last = None
     if finer:
         later = replace(plan, bodies={**plan.bodies, **finer})
-        last = predict_cost(later, scene, bodies, modes=modes, estimates=estimated, machine=machine)
+        last = predict_cost(
+            later, scene, bodies, modes=modes, estimates=estimated, machine=machine, meshes=meshes
+        )
     if last is not None and last.whole.unknowns < _GROWTH * first.whole.unknowns:
         last = None
     whole = (last or first).whole
@@ -112,6 +111,34 @@ def forecast(
         start_s=start_s(scene, bodies, machine),
         writing=writing(scene, plan, whole.unknowns, machine),
     )
+
+
+def _finer(
+    scene: Scene, plan: Plan, bodies: Mapping[str, Body | MeshedBody]
+) -> tuple[dict[str, BodyPlan], dict[str, PredictedMesh]]:
+    """Plans of the bodies that are refined, with sizes of the rule for the accuracy; their meshes.
+
+    The order of the elements stays that of the first mesh.
+    """
+    rule = scene.model.model_copy(update={"estimates": "off"})
+    plans, meshes = {}, {}
+    for name, own in plan.bodies.items():
+        first, body = own.resolution, bodies[name]
+        if first is None or not first.is_adapted:
+            continue
+        assert isinstance(body, Body)  # given meshes are not adapted
+        wanted = choose_resolution(body, own.level, rule)
+        is_coarse = wanted.size.corner_size_m < first.size.corner_size_m
+        better = _BETTER.get(first.degree, 1.0)
+        if not is_coarse or first.expected_error <= better * scene.model.accuracy:
+            continue
+        plans[name] = replace(own, resolution=replace(wanted, degree=first.degree))
+        kind = mesh_kind(body, own)
+        before, after = (predict_mesh(body, r.size, kind) for r in (first, wanted))
+        growth = after.unknowns(first.degree) / before.unknowns(first.degree)
+        least = _REFINED[kind] if first.degree == _LOWEST else 1.0
+        meshes[name] = after.times(max(least / growth, 1.0))
+    return plans, meshes
 
 
 def refuse_too_large(

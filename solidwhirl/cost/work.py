@@ -142,11 +142,21 @@ def predict_cost(
     modes: Mapping[str, int],
     estimates: bool = False,
     machine: Machine = REFERENCE,
+    meshes: Mapping[str, PredictedMesh] | None = None,
 ) -> RunCost:
-    """Predict what a scene costs, from its plan; `modes`: fixed-interface modes of each solid."""
+    """Predict what a scene costs, from its plan.
+
+    `modes`: fixed-interface modes of each solid; `meshes`: of bodies that have another one than
+    their plan says.
+    """
     costs = {
         name: predict_body_cost(
-            body, plan.bodies[name], modes=modes[name], estimates=estimates, machine=machine
+            body,
+            plan.bodies[name],
+            modes=modes[name],
+            estimates=estimates,
+            machine=machine,
+            mesh=(meshes or {}).get(name),
         )
         for name, body in bodies.items()
     }
