@@ -4,6 +4,7 @@
     python bench/forecast.py --again      measure everything again (half an hour)
     python bench/forecast.py --fit        fit solidwhirl/cost/run_coefficients.py, after measuring
     python bench/forecast.py --leave-one-out   forecast each by a fit to all others
+    python bench/forecast.py --seed 11    with other random rotors than the fit is made of
     python bench/forecast.py --only ferraris random_7_3
 
 Each run is a process of its own (bench/forecast_run.py), whose ledger stays in out/forecast. The
@@ -45,7 +46,7 @@ STAGES = ("start", "bodies", "engine", "analyses", "writing")
 _ENGINE = ("assembly", "campbell", "critical_speeds", "error_estimates")
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Case:
     """A scene that was run, its plan, and its ledger."""
 
@@ -107,20 +108,20 @@ def foretold(found: Forecast) -> dict[str, float]:
     )
 
 
-def wanted(only: list[str] | None) -> dict[str, Path]:
-    """Scene files by name; random rotors are written as JSON."""
+def wanted(only: list[str] | None, seed: int = SEED) -> dict[str, Path]:
+    """Scene files by name; random rotors of a seed are written as JSON."""
     out = {}
     for path in sorted((ROOT / "scenes").glob("*.toml")):
         if "[sweep]" not in path.read_text(encoding="utf-8"):
             out[path.stem] = path
     FOLDER.mkdir(parents=True, exist_ok=True)
     for number in range(RANDOM):
-        name = f"random_{SEED}_{number}"
+        name = f"random_{seed}_{number}"
         path = FOLDER / f"{name}.scene.json"
         if not path.is_file():
             from random_rotors import scene
 
-            drawn = scene(SEED, number).model_dump_json(exclude_unset=True, exclude_none=True)
+            drawn = scene(seed, number).model_dump_json(exclude_unset=True, exclude_none=True)
             path.write_text(drawn + "\n", encoding="utf-8")
         out[name] = path
     return {name: path for name, path in out.items() if not only or name in only}
@@ -210,12 +211,13 @@ def main() -> None:
     parser.add_argument("--again", action="store_true", help="measure everything again")
     parser.add_argument("--fit", action="store_true", help="fit the coefficients of runs")
     parser.add_argument("--leave-one-out", action="store_true", help="by a fit to all other runs")
+    parser.add_argument("--seed", type=int, default=SEED, help="of the random rotors")
     parser.add_argument("--only", nargs="*", help="these scenes alone")
     parser.add_argument("--measured", action="store_true", help="measure nothing")
     asked = parser.parse_args()
     if not asked.measured and (asked.again or kept_calibration() is None):
         subprocess.run([sys.executable, "-m", "solidwhirl", "doctor", "--calibrate"], check=True)
-    names = wanted(asked.only)
+    names = wanted(asked.only, asked.seed)
     if not asked.measured:
         for name, path in names.items():
             if asked.again or not (FOLDER / f"{name}.json").is_file():

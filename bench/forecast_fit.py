@@ -9,6 +9,7 @@ import json
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -61,10 +62,13 @@ POWERS = {
     "result": (0,),
 }
 _SHORT_S, _ROUNDS = 0.1, 20
+#: Stages of the engine that every run has.
+ENGINE = ("assembly", "campbell", "critical_speeds", "error_estimates")
 # Analyses that reduce bodies again are of other laws.
-_BODIES_AGAIN = ("nodal_diameters", "recovery")
+BODIES_AGAIN = ("nodal_diameters", "recovery")
 
-Rows = list[tuple[Mapping[str, float], float]]
+Row = tuple[Mapping[str, float], float]
+Rows = list[Row]
 
 
 def relative(rows: Rows) -> dict[str, float]:
@@ -85,17 +89,14 @@ def relative(rows: Rows) -> dict[str, float]:
     return dict(zip(names, (found / scale).tolist(), strict=True))
 
 
-def starts(cases: Iterable[Case]) -> Rows:
+def start(case: Case) -> Row:
     """Imports, and beams that are tried."""
-    rows = []
-    for case in cases:
-        drawn = {name: b for name, b in case.bodies.items() if isinstance(b, Body)}
-        counts = {"once": 1.0}
-        if beams_are_tried(case.scene, drawn):
-            sections = sum(len(body.sections) for body in drawn.values())
-            counts |= {"body": float(len(drawn)), "section": float(sections)}
-        rows.append((counts, case.start_s))
-    return rows
+    drawn = {name: b for name, b in case.bodies.items() if isinstance(b, Body)}
+    counts = {"once": 1.0}
+    if beams_are_tried(case.scene, drawn):
+        sections = sum(len(body.sections) for body in drawn.values())
+        counts |= {"body": float(len(drawn)), "section": float(sections)}
+    return counts, case.start_s
 
 
 @contextmanager
@@ -111,52 +112,67 @@ def laws_alone() -> Iterator[None]:
         present.MESHES = kept[1]
 
 
-def bodies(cases: Iterable[Case]) -> Rows:
+@cache
+def laws_of(case: Case) -> Forecast:
+    """Forecast of a run by the laws alone; once for each run, as its meshes take a while."""
+    with laws_alone():
+        return forecast(case.scene, case.plan, case.bodies, machine=REFERENCE)
+
+
+def bodies(case: Case) -> Row:
     """Reductions with their meshes and judgements, all rounds of all bodies of a run."""
-    rows = []
-    for case in cases:
-        with laws_alone():
-            expected = forecast(case.scene, case.plan, case.bodies, machine=REFERENCE)
-        counts: dict[str, float] = defaultdict(float, {"solvers": 1.0})
-        for one in filter(None, (expected.first, expected.last)):
-            for name, cost in one.bodies.items():
-                own = case.plan.bodies[name]
-                if own.level != "beam":
-                    kind = body_kind(mesh_kind(case.bodies[name], own), own)
-                    meshing = cost.seconds.get("meshing", 0.0)
-                    counts["once"] += 1.0
-                    counts[kind] += cost.total_s - meshing
-                    counts["mesh"] += meshing
-        rows.append((counts, case.truth()["bodies"]))
-    return rows
+    expected = laws_of(case)
+    counts: dict[str, float] = defaultdict(float, {"solvers": 1.0})
+    for one in filter(None, (expected.first, expected.last)):
+        for name, cost in one.bodies.items():
+            own = case.plan.bodies[name]
+            if own.level != "beam":
+                kind = body_kind(mesh_kind(case.bodies[name], own), own)
+                meshing = cost.seconds.get("meshing", 0.0)
+                counts["once"] += 1.0
+                counts[kind] += cost.total_s - meshing
+                counts["mesh"] += meshing
+    return counts, case.truth()["bodies"]
 
 
-def engines(found: Iterable[tuple[Case, Forecast]]) -> Rows:
+def engine(case: Case) -> Rows:
     """Stages of the engine, and analyses, by what they have to solve."""
-    rows = []
-    for case, _ in found:
-        n = case.ledger["coordinates"]
-        size = engine_size(case.plan, case.scene, n)
-        estimated = case.scene.model.estimates == "on"
-        works = stage_works(case.plan, size, estimated)
-        spent, analyses = case.spent(), case.analyses()
-        stages = {name: sum(spent.get((name, ""), [])) for name in ("campbell", "critical_speeds")}
-        rest = sum(sum(spent.get((name, ""), [])) for name in ("assembly", "error_estimates"))
-        rows.append((_counted(unit_counts(works["campbell"], size), n), stages["campbell"]))
-        others = [w for name, w in works.items() if name != "campbell"]
-        more = defaultdict(float)
-        for work in others:
+    n = case.ledger["coordinates"]
+    size = engine_size(case.plan, case.scene, n)
+    estimated = case.scene.model.estimates == "on"
+    works = stage_works(case.plan, size, estimated)
+    spent, analyses = case.spent(), case.analyses()
+    took = {name: sum(spent.get((name, ""), [])) for name in ENGINE}
+    more: dict[str, float] = defaultdict(float)
+    for stage, work in works.items():
+        if stage != "campbell":
             for name, count in _counted(unit_counts(work, size), n).items():
                 more[name] += count
-        if estimated and case.plan.on("coupling_comparison"):
-            more["compared 0"] = float(len(case.plan.bodies))
-        rows.append((more, stages["critical_speeds"] + rest))
-        for spec in case.scene.analyses:
-            if spec.kind not in _BODIES_AGAIN and analyses.get(spec.label, 0.0) > 0.02:
-                counts = _counted(unit_counts(spec.work(size), size), n)
-                if counts:
-                    rows.append((counts, analyses[spec.label]))
+    if estimated and case.plan.on("coupling_comparison"):
+        more["compared 0"] = float(len(case.plan.bodies))
+    diagram = took.pop("campbell")
+    rows: Rows = [
+        (_counted(unit_counts(works["campbell"], size), n), diagram),
+        (more, sum(took.values())),
+    ]
+    for spec in case.scene.analyses:
+        counts = _counted(unit_counts(spec.work(size), size), n)
+        if counts and spec.kind not in BODIES_AGAIN and spec.label in analyses:
+            rows.append((counts, analyses[spec.label]))
     return rows
+
+
+def written(case: Case) -> dict[str, Row]:
+    """Files, page, and pictures."""
+    expected = laws_of(case)
+    size = (expected.last or expected.first).whole.unknowns / 1e5
+    analyses, count = float(len(case.scene.analyses)), float(pictures(case.scene, case.plan))
+    ledger = case.ledger
+    return {
+        "files": ({"once": 1.0, "size": size}, ledger["files_cpu_s"]),
+        "page": ({"once": 1.0, "each": analyses, "size": size}, ledger["page_cpu_s"]),
+        "pictures": ({"once": 1.0, "each": count}, ledger["pictures_cpu_s"]),
+    }
 
 
 def _counted(counts: Mapping[str, float], n: int) -> dict[str, float]:
@@ -170,19 +186,12 @@ def _counted(counts: Mapping[str, float], n: int) -> dict[str, float]:
 
 def fitted(cases: list[Case]) -> dict[str, Any]:
     """Coefficients by their names in `solidwhirl.cost.run_coefficients`, without the machine's."""
-    found = [(c, forecast(c.scene, c.plan, c.bodies, machine=REFERENCE)) for c in cases]
-    start, body, unit = relative(starts(cases)), relative(bodies(cases)), relative(engines(found))
-    files, page, drawn = [], [], []
-    for case, expected in found:
-        size = (expected.last or expected.first).whole.unknowns / 1e5
-        analyses = float(len(case.scene.analyses))
-        files.append(({"once": 1.0, "size": size}, case.ledger["files_cpu_s"]))
-        page.append(({"once": 1.0, "each": analyses, "size": size}, case.ledger["page_cpu_s"]))
-        count = float(pictures(case.scene, case.plan))
-        drawn.append(({"once": 1.0, "each": count}, case.ledger["pictures_cpu_s"]))
-    of_files, of_page, of_pictures = relative(files), relative(page), relative(drawn)
+    of_start, body = relative([start(c) for c in cases]), relative([bodies(c) for c in cases])
+    unit = relative([row for c in cases for row in engine(c)])
+    rows = [written(c) for c in cases]
+    files, page, drawn = (relative([r[what] for r in rows]) for what in rows[0])
     first = {
-        "START": tuple(start.get(k, 0.0) for k in ("once", "body", "section")),
+        "START": tuple(of_start.get(k, 0.0) for k in ("once", "body", "section")),
         "SOLVERS_S": body["solvers"],
         "MESHES": body["mesh"],
         "BODIES": {k: (body["once"], body.get(k, own[1])) for k, own in present.BODIES.items()},
@@ -193,12 +202,16 @@ def fitted(cases: list[Case]) -> dict[str, Any]:
             for name, powers in POWERS.items()
         },
         "COMPARED_S": unit.get("compared 0", present.COMPARED_S),
-        "FILES": (of_files["once"], of_files["size"]),
-        "PAGE": (of_page["once"], of_page["each"], of_page["size"]),
-        "PICTURES": (of_pictures["once"], of_pictures["each"]),
+        "FILES": (files["once"], files["size"]),
+        "PAGE": (page["once"], page["each"], page["size"]),
+        "PICTURES": (drawn["once"], drawn["each"]),
     }
     with using(first):  # these are told from the cost of bodies
-        again = [(c, forecast(c.scene, c.plan, c.bodies, machine=REFERENCE)) for c in cases]
+        again = [
+            (c, forecast(c.scene, c.plan, c.bodies, machine=REFERENCE))
+            for c in cases
+            if {spec.kind for spec in c.scene.analyses} & {*BODIES_AGAIN}
+        ]
         return {**first, "NODAL_DIAMETER": _nodal(again), "FIELDS_S": _fields(again)}
 
 
