@@ -23,7 +23,7 @@ from solidwhirl.cost.around import pictures
 from solidwhirl.cost.engine import engine_size, stage_works, unit_counts
 from solidwhirl.cost.forecast import Forecast, forecast
 from solidwhirl.cost.machine import GROUPS, REFERENCE, kept_jobs_s, machine_name
-from solidwhirl.cost.work import body_kind, mesh_kind
+from solidwhirl.cost.work import Cost, body_kind, mesh_kind
 from solidwhirl.geometry import Body
 
 if TYPE_CHECKING:
@@ -119,20 +119,32 @@ def laws_of(case: Case) -> Forecast:
         return forecast(case.scene, case.plan, case.bodies, machine=REFERENCE)
 
 
-def bodies(case: Case) -> Row:
-    """Reductions with their meshes and judgements, all rounds of all bodies of a run."""
-    expected = laws_of(case)
+def meshes(case: Case) -> Row:
+    """Meshes of all rounds of all bodies of a run; the first one loads the mesher."""
     counts: dict[str, float] = defaultdict(float, {"solvers": 1.0})
+    for _, cost in _reductions(case):
+        counts["mesh"] += cost.seconds.get("meshing", 0.0)
+    spent = case.spent()
+    return counts, sum(sum(times) for (stage, _), times in spent.items() if stage == "meshing")
+
+
+def bodies(case: Case) -> Row:
+    """Reductions with their judgements, all rounds of all bodies; the first loads the solvers."""
+    counts: dict[str, float] = defaultdict(float, {"solvers": 1.0})
+    for kind, cost in _reductions(case):
+        counts["once"] += 1.0
+        counts[kind] += cost.total_s - cost.seconds.get("meshing", 0.0)
+    return counts, case.truth()["bodies"] - meshes(case)[1]
+
+
+def _reductions(case: Case) -> Iterator[tuple[str, Cost]]:
+    """Kind and cost of every reduction, by the laws alone."""
+    expected = laws_of(case)
     for one in filter(None, (expected.first, expected.last)):
         for name, cost in one.bodies.items():
             own = case.plan.bodies[name]
             if own.level != "beam":
-                kind = body_kind(mesh_kind(case.bodies[name], own), own)
-                meshing = cost.seconds.get("meshing", 0.0)
-                counts["once"] += 1.0
-                counts[kind] += cost.total_s - meshing
-                counts["mesh"] += meshing
-    return counts, case.truth()["bodies"]
+                yield body_kind(mesh_kind(case.bodies[name], own), own), cost
 
 
 def engine(case: Case) -> Rows:
@@ -187,13 +199,14 @@ def _counted(counts: Mapping[str, float], n: int) -> dict[str, float]:
 def fitted(cases: list[Case]) -> dict[str, Any]:
     """Coefficients by their names in `solidwhirl.cost.run_coefficients`, without the machine's."""
     of_start, body = relative([start(c) for c in cases]), relative([bodies(c) for c in cases])
+    mesh = relative([meshes(c) for c in cases])
     unit = relative([row for c in cases for row in engine(c)])
     rows = [written(c) for c in cases]
     files, page, drawn = (relative([r[what] for r in rows]) for what in rows[0])
     first = {
         "START": tuple(of_start.get(k, 0.0) for k in ("once", "body", "section")),
-        "SOLVERS_S": body["solvers"],
-        "MESHES": body["mesh"],
+        "SOLVERS_S": body["solvers"] + mesh["solvers"],
+        "MESHES": mesh["mesh"],
         "BODIES": {k: (body["once"], body.get(k, own[1])) for k, own in present.BODIES.items()},
         "UNITS": {
             name: tuple(unit.get(f"{name} {p}", 0.0) for p in (0, 2, 3))

@@ -5,9 +5,9 @@ from __future__ import annotations
 #: Where they were measured, on one core.
 MACHINE = "Intel(R) Xeon(R) Processor"
 #: Rates of `solidwhirl.core.machine` there [1e9/s].
-GFLOPS = 16.24
+GFLOPS = 9.119
 #: And of memory [1e9 bytes/s].
-GBYTES_PER_S = 37.63
+GBYTES_PER_S = 31.77
 #: Processor seconds of the standard jobs of `solidwhirl doctor --calibrate` there.
 JOBS_S: dict[str, float] = {
     "start": 1.268,
@@ -20,16 +20,16 @@ JOBS_S: dict[str, float] = {
 #: Seconds of imports; where beams are tried, of each body and each of its sections.
 START: tuple[float, float, float] = (1.285, 0.3689, 0.1284)
 #: Seconds of the imports of mesher and solvers.
-SOLVERS_S = 0.1614
+SOLVERS_S = 0.3413
 #: How often the laws of meshes count.
-MESHES = 0
+MESHES = 0.8961
 #: Kind of body: seconds of each reduction beside its law, and times that law.
 BODIES: dict[str, tuple[float, float]] = {
-    "harmonic": (0.2822, 1.023),
-    "revolved": (0.2822, 0.9543),
-    "sector": (0.2822, 1.073),
-    "whole": (0.2822, 1.19),
-    "asymmetric": (0.2822, 3.512),
+    "harmonic": (0.1965, 0.9402),
+    "revolved": (0.1965, 0.9309),
+    "sector": (0.1965, 1.036),
+    "whole": (0.1965, 0.9296),
+    "asymmetric": (0.1965, 3.491),
 }
 #: Seconds a + b (n/100)^2 + c (n/100)^3 of one, in an engine of n coordinates.
 UNITS: dict[str, tuple[float, float, float]] = {
@@ -53,6 +53,6 @@ PAGE: tuple[float, float, float] = (0.2137, 0.06637, 0.3304)
 #: Seconds of the pictures: once, and of each.
 PICTURES: tuple[float, float] = (0, 0.2987)
 #: A nodal diameter beside a circumferential order of its body.
-NODAL_DIAMETER = 0.8256
+NODAL_DIAMETER = 0.8576
 #: Seconds of the fields of a state in a body of 1e5 unknowns, 32 places around.
-FIELDS_S = 6.174
+FIELDS_S = 6.458

@@ -177,7 +177,8 @@ def _whole(
     for stage, work in stage_works(plan, size, estimates).items():
         seconds[stage] = seconds.get(stage, 0.0) + dense * seconds_of(work, size)
     if estimates:
-        seconds["error_estimate"] += _compared_s(plan, seconds["campbell"], machine)
+        compared = _compared_s(plan, seconds["campbell"], machine)
+        seconds["error_estimate"] = seconds.get("error_estimate", 0.0) + compared
     return Cost(
         unknowns=sum(c.unknowns for c in costs.values()),
         coordinates=coordinates,

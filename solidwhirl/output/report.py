@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 from solidwhirl.core.check_report import checks_text
 from solidwhirl.core.errors import markdown_cell, markdown_text
 from solidwhirl.core.warnings import Doubt
+from solidwhirl.cost.analyses import AnalysisCost
 from solidwhirl.cost.effects import EffectCost
 from solidwhirl.cost.forecast import Forecast
 from solidwhirl.cost.tables import forecast_rows, memory_text, seconds_text
@@ -113,25 +114,19 @@ def _effects_table(plan: Plan, costs: Costs | None) -> str:
     rows = []
     for effect, row in zip(plan.effects, plain, strict=True):
         cost, saves = costs.effects.get(effect.name), "" if effect.on else "saves "
-        told = ("-", "-")
-        if cost is not None:
-            told = (
-                f"{saves}{seconds_text(cost.seconds)}",
-                f"{saves}{memory_text(cost.memory_gib)}",
-            )
-        rows.append((*row, *told))
-    return _table(f"{head} | s | GiB", rows)
+        rows.append((*row, "-" if cost is None else f"{saves}{_spent(cost)}"))
+    return _table(f"{head} | adds", rows)
+
+
+def _spent(cost: EffectCost | AnalysisCost) -> str:
+    return f"{seconds_text(cost.seconds)} s, {memory_text(cost.memory_gib)} GiB"
 
 
 def _analyses_table(plan: Plan, costs: Costs | None) -> str:
     if costs is None:
         return _table("analysis | kind", plan.analyses)
-    of_each = costs.expected.analyses
-    rows = (
-        (name, kind, seconds_text(of_each[name].seconds), memory_text(of_each[name].memory_gib))
-        for name, kind in plan.analyses
-    )
-    return _table("analysis | kind | s | GiB", rows)
+    rows = ((name, kind, _spent(costs.expected.analyses[name])) for name, kind in plan.analyses)
+    return _table("analysis | kind | adds", rows)
 
 
 def cost_text(expected: Forecast) -> str:

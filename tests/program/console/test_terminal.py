@@ -12,6 +12,7 @@ import time
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from rich.console import Console
 from typer.testing import CliRunner
@@ -104,6 +105,40 @@ def test_a_stage_that_lasts_longer_is_not_over():
     assert found.end() is None
     assert found.to_go_s() is None
     assert found.share() >= shares[-1]
+
+
+RECORDED = json.loads(Path(__file__).with_name("recorded_runs.json").read_text(encoding="utf-8"))
+
+
+def replayed(run, samples=400):
+    """Times, what was said to go, and shares, of a run whose stages began as recorded [s]."""
+    watch = Watch()
+    watch.now, (end, _, _) = 0.0, run["began"][-1]
+    found, events = Schedule(watch), run["began"][:-1]
+    found.foresee([Stage(name=StageName(n), body=b, seconds=s) for n, b, s in run["foreseen"]])
+    out = []
+    for at in np.linspace(0.0, end, samples, endpoint=False):
+        while events and events[0][0] <= at:
+            (watch.now, name, body), *events = events
+            found.begin(Stage(name=StageName(name), body=body))
+        watch.now = float(at)
+        out.append((at, found.to_go_s(), found.share()))
+    return end, np.array(out).T
+
+
+def test_time_to_go_of_recorded_runs_never_rises_by_more_than_a_tenth():
+    """Cold runs on a busy machine, among them rounds and analyses that the forecast had wrong."""
+    halfway = []
+    for name, run in RECORDED.items():
+        end, (at, said, shares) = replayed(run)
+        least = np.minimum.accumulate(said)
+        assert (said[1:] <= 1.1 * least[:-1] * (1.0 + 1e-12)).all(), name
+        assert (said > 0.0).all(), name
+        assert (np.diff(shares) >= 0.0).all(), name
+        middle = at.size // 2
+        halfway.append(said[middle] / (end - at[middle]))
+    # what is said is the time to go, and no number that only falls
+    assert 0.7 < np.median(halfway) < 1.4
 
 
 def spoken(**console):
