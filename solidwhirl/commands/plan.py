@@ -24,11 +24,11 @@ def plan(
 ) -> None:
     """Print what a scene calls for, what is left out, why, and what it costs.
 
-    Computes nothing: a second, whatever the scene.
+    Computes nothing: a second. Where the choice of the level has to try beams that takes some more
+    the first time; the choice is kept in the cache folder of the user.
     """
 
     def work() -> None:
-        from solidwhirl.bodies.fidelity import chosen_level
         from solidwhirl.cost.effects import effect_costs
         from solidwhirl.cost.forecast import forecast
         from solidwhirl.cost.machine import this_machine
@@ -36,12 +36,13 @@ def plan(
         from solidwhirl.model.bodies import build_bodies
         from solidwhirl.model.effects import make_plan
         from solidwhirl.model.mesh_bodies import build_mesh_bodies
+        from solidwhirl.pipeline.level import planned_level
         from solidwhirl.plausibility.units import implausible
 
         chosen = chosen_scene(scene, level, accuracy)
         bodies = build_bodies(chosen)
         solids: dict[str, AnyBody] = {**bodies, **build_mesh_bodies(chosen)}
-        decided = make_plan(chosen, bodies, chosen_level(chosen, bodies))
+        decided = make_plan(chosen, bodies, planned_level(chosen, bodies))
         doubts = implausible(chosen, bodies)
         machine = this_machine()
         expected = forecast(chosen, decided, solids, machine=machine)
