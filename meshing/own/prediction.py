@@ -120,14 +120,14 @@ def predict_mesh(body: Body, size: MeshSize, kind: MeshKind) -> PredictedMesh:
     Where a section is thinner than its elements are long, the edges (triangles) of its outline
     count instead. Vertices, edges and facets are related by Euler's formula.
     """
+    if kind == "revolved":
+        return predict_revolved(predict_mesh(body, size, "harmonic"))
     subdivision = merge_fillets(subdivide(body))
     places = np.array(graded_places(body, subdivision, size)).reshape(-1, 3)
     bounds = face_bounds(body, subdivision, size, 3 if kind == "solid" else 2)
     meridian = _meridian(subdivision, places, size.growth, bounds)
     if kind == "harmonic":
         return meridian
-    if kind == "revolved":
-        return predict_revolved(meridian)
     return _solid(body, size, (subdivision, places, bounds), meridian)
 
 

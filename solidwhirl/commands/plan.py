@@ -64,7 +64,7 @@ def plan(
             }
             print_document(document)
             return
-        from solidwhirl.output.report import Costs, cost_text, plan_text
+        from solidwhirl.output.plan_text import Costs, cost_text, plan_text
         from solidwhirl.scene.sweep import nominal_text
 
         text = plan_text(decided, doubts, Costs(expected, effects))

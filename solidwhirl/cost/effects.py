@@ -38,8 +38,8 @@ def effect_costs(
 ) -> dict[str, EffectCost]:
     """Predict what each effect adds to a run, or would add where it is left out.
 
-    `expected`: forecast of the plan on the machine. Effects whose other choice the scene refuses
-    are left out.
+    `expected`: forecast of the plan on the machine. Effects whose other choice the scene refuses,
+    or whose cost would be extrapolated beyond what was measured, are left out.
     """
     out = {}
     for effect in plan.effects:
@@ -52,6 +52,8 @@ def effect_costs(
             if changed is None:
                 continue
             other = forecast(*changed, bodies, machine=machine)
+            if other.extrapolated and not expected.extrapolated:
+                continue  # such as a whole rotor as a solid: no number to rely on
             more, less = (expected, other) if effect.on else (other, expected)
             out[effect.name] = EffectCost(
                 seconds=max(0.0, more.seconds - less.seconds),
@@ -93,10 +95,8 @@ def _whole_bodies(scene: Scene, plan: Plan, bodies: Mapping[str, AnyBody]) -> Pl
         out = replace(own, level="solid", orders=(), shape="asymmetric")
         if not isinstance(body, Body):
             return out
-        return replace(
-            out, resolution=choose_resolution(body, "solid", scene.model), matrices=3,
-            factorisations=3, eigenproblems=2,
-        )  # fmt: skip
+        out = replace(out, matrices=3, factorisations=3, eigenproblems=2, solver="auto")
+        return replace(out, resolution=choose_resolution(body, "solid", scene.model))
 
     changed = {name: whole(own, bodies[name]) for name, own in plan.bodies.items()}
     return replace(_with(plan, "asymmetry", on=True), bodies=changed)

@@ -76,6 +76,11 @@ class Forecast:
         return max(rounds, BASE_GIB + largest)
 
     @property
+    def extrapolated(self) -> bool:
+        """Whether a mesh is larger than what was measured."""
+        return (self.last or self.first).whole.extrapolated
+
+    @property
     def unknowns(self) -> int:
         """Of the last round."""
         return (self.last or self.first).whole.unknowns

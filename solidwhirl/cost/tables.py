@@ -79,7 +79,7 @@ def forecast_document(found: Forecast) -> dict[str, Any]:
         "pictures_cpu_s": found.writing.pictures_s,
         "peak_memory_gib": found.peak_memory_gib,
         "unknowns": found.unknowns,
-        "extrapolated": (found.last or found.first).whole.extrapolated,
+        "extrapolated": found.extrapolated,
     }
 
 

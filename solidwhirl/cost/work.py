@@ -209,7 +209,8 @@ def mesh_kind(body: Body | MeshedBody, plan: BodyPlan) -> MeshKind:
     """Kind of mesh, by which the laws of the cost differ."""
     if plan.level == "harmonic":
         return "harmonic"
-    return "solid" if isinstance(body, MeshedBody) or body.features else "revolved"
+    is_whole = isinstance(body, MeshedBody) or body.features or plan.shape == "asymmetric"
+    return "solid" if is_whole else "revolved"
 
 
 def body_kind(kind: MeshKind, plan: BodyPlan) -> str:

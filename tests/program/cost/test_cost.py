@@ -250,14 +250,15 @@ def test_effects_cost_what_forecasts_without_them_save(planned, small_scene):
     scene, bodies, plan = planned(small_scene(rpm=np.linspace(0.0, 3e4, 11)), level="harmonic")
     expected = forecast(scene, plan, bodies, machine=REFERENCE)
     costs = effect_costs(scene, plan, bodies, expected, REFERENCE)
-    assert {e.name for e in plan.effects} - set(costs) <= {"coupling_comparison"}
+    # a whole rotor as a solid would be beyond what was measured
+    assert {e.name for e in plan.effects} - set(costs) <= {"coupling_comparison", "asymmetry"}
     assert all(cost.seconds >= 0.0 and cost.memory_gib >= 0.0 for cost in costs.values())
     # order 0 is about as much again as order 1; damping makes the eigenproblems general
     body = expected.first.bodies["rotor"]
     reduced = body.total_s - body.seconds["around"] - body.seconds["meshing"]
     assert 0.3 * reduced < costs["axial"].seconds < 2.0 * reduced
     assert costs["bearing_damping"].seconds > 0.0
-    assert costs["asymmetry"].seconds > costs["axial"].seconds > costs["spin_softening"].seconds
+    assert costs["axial"].seconds > costs["spin_softening"].seconds
     # what is left out saves as much as it costs where it is on
     data = small_scene(rpm=np.linspace(0.0, 3e4, 11), bearing={"axial_stiffness_n_per_m": 1e7})
     scene, bodies, plan = planned(data, level="harmonic")
