@@ -44,7 +44,7 @@ def effect_costs(
     out = {}
     for effect in plan.effects:
         with suppress(*USER_ERRORS, GeometryError):
-            if effect.name in _DIRECT and (effect.on or effect.name != "error_estimate"):
+            if effect.name in _DIRECT:
                 seconds = _DIRECT[effect.name](expected, scene)
                 out[effect.name] = EffectCost(seconds=seconds, memory_gib=0.0)
                 continue
@@ -55,8 +55,11 @@ def effect_costs(
             if other.extrapolated and not expected.extrapolated:
                 continue  # such as a whole rotor as a solid: no number to rely on
             more, less = (expected, other) if effect.on else (other, expected)
+            seconds = more.seconds - less.seconds
+            if effect.name == "error_estimate" and effect.on:
+                seconds = _estimates_s(expected)
             out[effect.name] = EffectCost(
-                seconds=max(0.0, more.seconds - less.seconds),
+                seconds=max(0.0, seconds),
                 memory_gib=max(0.0, more.peak_memory_gib - less.peak_memory_gib),
             )
     return out
@@ -123,7 +126,7 @@ def _with(plan: Plan, name: str, *, on: bool) -> Plan:
     return replace(plan, effects=tuple(effects))
 
 
-def _estimates_s(expected: Forecast, scene: Scene) -> float:
+def _estimates_s(expected: Forecast) -> float:
     """Of all rounds: without estimates there are more modes, for which a forecast would count."""
     costs = [(expected.last or expected.first).whole]
     costs += expected.first.bodies.values() if expected.last else []
@@ -151,7 +154,6 @@ def _second_order_s(expected: Forecast, scene: Scene) -> float:
 # Effects whose cost needs no other plan; those that no scene can ask for would solve every body
 # once more: in another order, or as it is deformed.
 _DIRECT = {
-    "error_estimate": _estimates_s,
     "checks": _checks_s,
     "recovery": _recovery_s,
     "nodal_diameter_modes": _second_order_s,

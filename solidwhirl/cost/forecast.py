@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from solidwhirl.beams.body import MODES
 from solidwhirl.bodies.reduction import BodyResult, Discretisation, first_discretisation
 from solidwhirl.core.machine import available_memory_gib, resident_memory_gib
 from solidwhirl.cost.analyses import AnalysisCost, analysis_costs
@@ -226,9 +225,11 @@ def _solvers_chosen(scene: Scene, plan: Plan, bodies: Mapping[str, Body | Meshed
 
 
 def _modes(scene: Scene, plan: Plan, bodies: Mapping[str, Body | MeshedBody]) -> dict[str, int]:
-    return {
-        name: MODES
-        if plan.bodies[name].level == "beam"
-        else first_discretisation(scene, plan, name).modes
-        for name in bodies
-    }
+    def modes(name: str) -> int:
+        if plan.bodies[name].level != "beam":
+            return first_discretisation(scene, plan, name).modes
+        from solidwhirl.beams.body import MODES  # loads all that makes beams
+
+        return MODES
+
+    return {name: modes(name) for name in bodies}
