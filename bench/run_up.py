@@ -24,10 +24,11 @@ from plain_run_up import run_up_newmark
 from solidwhirl.rotordyn import Bearing, Disk, End, Rotor, assemble, beam_superelement
 from solidwhirl.rotordyn.assembly.coordinates import interface_row
 from solidwhirl.rotordyn.response.unbalance import Unbalance
+from solidwhirl.rotordyn.run_up.blocks import propagate
 from solidwhirl.rotordyn.run_up.complexity import rigid_bodies_system
 from solidwhirl.rotordyn.run_up.integration import MotionState, ramp_and_hold, run_up
+from solidwhirl.rotordyn.run_up.modal_basis import modal_basis
 from solidwhirl.rotordyn.run_up.speed_profile import SpeedProfile
-from solidwhirl.rotordyn.run_up.steps import modal_basis, propagate
 
 DESIGN = 13_690.0 * np.pi / 30.0
 STEP = 5e-5

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -20,11 +20,22 @@ from solidwhirl.rotordyn.modes.damping import NEUTRAL
 from solidwhirl.rotordyn.modes.eigen import modes_at_speed
 from solidwhirl.rotordyn.modes.whirl import interface_rows_of_all, rotor_length
 from solidwhirl.rotordyn.response.unbalance import Unbalance
+from solidwhirl.rotordyn.run_up.blocks import (
+    ProfilePiece,
+    RunPlan,
+    Stretch,
+    chosen_stride,
+    moving_parts,
+    profile_pieces,
+    shortest_block,
+    stretches,
+)
 from solidwhirl.rotordyn.run_up.loads import static_equilibrium, torsion_load, turning_loads
+from solidwhirl.rotordyn.run_up.modal_basis import modal_parts
 from solidwhirl.rotordyn.run_up.record import Divergence, MotionState, RunUp
 from solidwhirl.rotordyn.run_up.recorder import RecordedMotion, Recorder
 from solidwhirl.rotordyn.run_up.speed_profile import SpeedProfile, ramp_and_hold
-from solidwhirl.rotordyn.run_up.steps import RunPlan, blocks, modal_basis
+from solidwhirl.rotordyn.run_up.steps import FrequencyRates, frequency_rates
 
 __all__ = ["ramp_and_hold", "run_up"]
 
@@ -90,7 +101,7 @@ class Watch:
         `places`: its displacements, shape (K + 1, n).
         """
         # one instant tells it: what has not outgrown the machine at the end has not before
-        if self._largest(places[-1:])[0] <= self._limit:
+        if not self.outgrown(places[-1:]):
             return None
         if not self._grows(0.5 * float(speeds_rad_s[0] + speeds_rad_s[-1])):
             return None
@@ -102,6 +113,11 @@ class Watch:
             amplitude_m=float(sizes[last]),
             limit_m=self._limit,
         )
+
+    def outgrown(self, places: FloatArray) -> list[int]:
+        """Return which of some displacements (s, n) are larger than the machine, rising."""
+        large = ~(self._largest(places) <= self._limit)
+        return [int(k) for k in np.flatnonzero(large)]
 
     def steps_until(self, stopped: Divergence, first_step: int) -> int:
         """Return how many steps of a block are left of it."""
@@ -155,20 +171,20 @@ def run_up(
     tilted one (semitangential).
     """
     how = RunSettings(**settings)
-    plan = _plan(assembled, profile, unbalances, how)
-    start = _start(plan, how.initial)
+    start = _start(assembled, profile, how)
+    run = _prepared(assembled, profile, unbalances, how, start)
+    plan, stride = run.plan, run.plan.stride
     recorder = Recorder(plan, int(how.record_every), how.outputs, how.bearings)
-    state = plan.basis.state(start.displacement, start.velocity)
-    n, longest, stopped = plan.basis.size, 1, None
-    watch = Watch(assembled, plan.basis.displacement, plan.step_s, partial(_grows, assembled))
-    for block in blocks(plan, state):
-        stopped = watch.divergence(block.first_step, block.speeds_rad_s, block.states[:, :n])
-        if stopped is not None:
-            block = block.until(watch.steps_until(stopped, block.first_step))
-        recorder.add(block)
-        state = block.states[-1]
-        if block.acceleration_rad_s2 != 0:
-            longest = max(longest, block.states.shape[0] - 1)
+    shapes = plan.shapes / plan.scale
+    watch = Watch(assembled, shapes, stride.duration_s, partial(_grows, assembled))
+    longest, stopped, states = 1, None, []
+    for stretch in stretches(plan, run.pieces, run.rates, start):
+        found = _until_divergence(stretch, watch)
+        for part in found.parts:
+            recorder.add(part)
+        states, stopped = found.parts[-1].final, found.stopped
+        if stretch.acceleration_rad_s2 != 0:
+            longest = max(longest, stretch.steps_of_block)
         if stopped is not None:
             profile = shortened(profile, stopped.time_s)
             break
@@ -181,44 +197,89 @@ def run_up(
         longest_block=longest,
         energy=recorder.energy(),
         balance_error=recorder.worst_balance(),
-        final=plan.basis.motion(state),
+        final=plan.motion(states),
         notes=_notes(assembled, profile),
         stopped=stopped,
     )
 
 
-def _plan(
+class _Prepared(NamedTuple):
+    """A plan, the pieces of its profile, and how fast frequencies change."""
+
+    plan: RunPlan
+    pieces: list[ProfilePiece]
+    rates: FrequencyRates
+
+
+def _prepared(
     assembled: AssembledSystem,
     profile: SpeedProfile,
     unbalances: Sequence[Unbalance],
     how: RunSettings,
-) -> RunPlan:
-    weight = np.zeros(assembled.transformation.shape[0])
-    if how.gravity_m_per_s2 is not None:
-        weight = gravity_load(assembled, how.gravity_m_per_s2)
-    return RunPlan(
-        basis=modal_basis(assembled),
+    start: MotionState,
+) -> _Prepared:
+    step_s, turning = float(how.step_s), turning_loads(assembled, unbalances)
+    pieces = profile_pieces(profile, step_s, turning.ratios)
+    steady = _weight(assembled, how)
+    torsion = torsion_load(assembled, assembled.stiffness, how.drives)
+    parts = moving_parts(assembled, modal_parts(assembled), turning, (steady, torsion), start)
+    speeds = profile.speeds_rad_s
+    bases = [part.basis for part in parts]
+    rates = frequency_rates(bases, float(speeds.min()), float(speeds.max()))
+    fastest = float(np.abs(speeds).max() * np.abs(turning.ratios).max(initial=0.0))
+    shortest = shortest_block(pieces, rates, step_s, float(how.phase_error_rad))
+    plan = RunPlan(
+        assembled=assembled,
+        parts=parts,
         profile=profile,
-        turning=turning_loads(assembled, unbalances),
-        steady=weight,
-        torsion=torsion_load(assembled, assembled.stiffness, how.drives),
-        step_s=float(how.step_s),
+        turning=turning,
+        steady=steady,
+        torsion=torsion,
+        stride=chosen_stride(pieces, step_s, int(how.record_every), fastest, shortest),
         phase_error_rad=float(how.phase_error_rad),
     )
+    return _Prepared(plan, pieces, rates)
 
 
-def _start(plan: RunPlan, initial: MotionState | None) -> MotionState:
+class _Watched(NamedTuple):
+    """A stretch, or whole blocks of it and the one that diverges up to there."""
+
+    parts: Sequence[Stretch]
+    stopped: Divergence | None
+
+
+def _until_divergence(stretch: Stretch, watch: Watch) -> _Watched:
+    """Return what a stretch has up to where it diverges."""
+    places = np.concatenate([motion.place for motion in stretch.motions], axis=-1)
+    strides = stretch.speeds_rad_s.shape[1] - 1
+    for k in watch.outgrown(places[:, -1]):
+        first = stretch.first_step // stretch.stride_steps + k * strides
+        stopped = watch.divergence(first, stretch.speeds_rad_s[k], places[k])
+        if stopped is not None:
+            before = [stretch.blocks(0, k, strides)] if k else []
+            last = stretch.blocks(k, k + 1, watch.steps_until(stopped, first))
+            return _Watched([*before, last], stopped)
+    return _Watched([stretch], None)
+
+
+def _weight(assembled: AssembledSystem, how: RunSettings) -> FloatArray:
+    """Return gravity on the stacked coordinates, shape (N,)."""
+    if how.gravity_m_per_s2 is None:
+        return np.zeros(assembled.transformation.shape[0])
+    return gravity_load(assembled, how.gravity_m_per_s2)
+
+
+def _start(assembled: AssembledSystem, profile: SpeedProfile, how: RunSettings) -> MotionState:
     """Return the given state, else rest under the constant load."""
-    assembled = plan.basis.assembled
-    if initial is None:
-        still = np.zeros(assembled.size)
-        if not plan.steady.any():
-            return MotionState(displacement=still, velocity=still)
-        load = assembled.transformation.T @ plan.steady
-        speed = float(plan.profile.speeds_rad_s[0])
-        place = static_equilibrium(matrices_at_speed(assembled, speed).stiffness, speed, load)
-        return MotionState(displacement=place, velocity=still)
-    return initial.of_size(assembled.size)
+    if how.initial is not None:
+        return how.initial.of_size(assembled.size)
+    still, weight = np.zeros(assembled.size), _weight(assembled, how)
+    if not weight.any():
+        return MotionState(displacement=still, velocity=still)
+    speed = float(profile.speeds_rad_s[0])
+    stiffness = matrices_at_speed(assembled, speed).stiffness
+    place = static_equilibrium(stiffness, speed, assembled.transformation.T @ weight)
+    return MotionState(displacement=place, velocity=still)
 
 
 def _notes(assembled: AssembledSystem, profile: SpeedProfile) -> tuple[str, ...]:

@@ -27,6 +27,7 @@ from solidwhirl.rotordyn.asymmetric.response import held_where_free, steady_moti
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.response.unbalance import Unbalance
+from solidwhirl.rotordyn.run_up.blocks import profile_pieces
 from solidwhirl.rotordyn.run_up.integration import (
     RunSettings,
     Watch,
@@ -36,9 +37,14 @@ from solidwhirl.rotordyn.run_up.integration import (
 )
 from solidwhirl.rotordyn.run_up.loads import static_equilibrium
 from solidwhirl.rotordyn.run_up.record import MotionState, RunUp
-from solidwhirl.rotordyn.run_up.recorder import EnergySums, RecordedMotion, checked_places
+from solidwhirl.rotordyn.run_up.recorder import (
+    EnergySums,
+    RecordedMotion,
+    Works,
+    checked_places,
+    difference_slopes,
+)
 from solidwhirl.rotordyn.run_up.speed_profile import SpeedProfile
-from solidwhirl.rotordyn.run_up.steps import profile_pieces
 
 # Steps of a block; bounds memory only.
 _LONGEST = 1024
@@ -294,7 +300,9 @@ class _Recorder:
         stored = 0.5 * ((weights * along).sum(axis=1) + np.einsum("sn,sn->s", speed, speed))
         load = np.einsum("sn,sn->s", self._plan.loads.at(instants), speed)
         powers = np.stack((load, drive, dissipated.sum(axis=1)), axis=1)
-        self.energy.add(stored, powers, 0.0, kept)
+        records = np.isin(np.arange(stored.size), kept)
+        works = Works(powers[None], difference_slopes(powers)[None], np.zeros((1, stored.size)))
+        self.energy.add(stored[None], works, records[None])
 
 
 def _on(motion: Harmonics, shapes: FloatArray) -> _Place:
