@@ -148,10 +148,9 @@ def _flexible_force(assembled: AssembledSystem, bearing: Bearing, motion: _Motio
     stiffness[:2, :2] = damping[:2, :2] = 0.0
     force = place @ stiffness.T + speed @ damping.T
     (law,) = (joint for joint in assembled.law_joints if joint.bearing == bearing.name)
-    known, which = np.unique(motion.speed[:, 0], return_inverse=True)
-    found = np.array([law.coefficients(float(value)) for value in known])[which]
-    force[:, :2] += np.einsum("pij,pj->pi", found[:, 0], place[:, :2])
-    force[:, :2] += np.einsum("pij,pj->pi", found[:, 1], speed[:, :2])
+    of_place, of_speed = law.coefficients_along(motion.speed[:, 0])
+    force[:, :2] += np.einsum("pij,pj->pi", of_place, place[:, :2])
+    force[:, :2] += np.einsum("pij,pj->pi", of_speed, speed[:, :2])
     return np.asarray(force)
 
 

@@ -198,7 +198,8 @@ class Recorder:
     def _balanced(self, whole: _Samples) -> None:
         """Look at the forces of some records in the system straight from its parts."""
         count = len(whole.speeds)
-        for at in sorted({count // 3, count - 1}) if len(self._balances) < _BALANCES else ():
+        chosen = {count // 3} if self._balances else {count // 3, count - 1}
+        for at in sorted(chosen) if len(self._balances) < _BALANCES else ():
             modal = (whole.places[at], whole.velocities[at], whole.accelerations[at])
             place, velocity, acceleration = (self._shapes @ part for part in modal)
             speed, rate = float(whole.speeds[at]), float(whole.rates[at])
