@@ -28,8 +28,8 @@ from solidwhirl.rotordyn.run_up.steps import (
 
 # Steps of a block at most; bounds memory only.
 _LONGEST = 1024
-# Numbers of the tables of all blocks of a stretch: 8 MB.
-_NUMBERS = 1 << 20
+# Numbers of the tables of all blocks of a stretch: 16 MB.
+_NUMBERS = 1 << 21
 # A breakpoint may miss a step by this fraction of it, and a step may be an angle up to this.
 _ON_STEP = 1e-6
 _LARGEST_ANGLE = 1.0

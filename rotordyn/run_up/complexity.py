@@ -172,8 +172,10 @@ def compare_complexity(
     `bearing`: the mount, without rigid components; `bands_hz`: lower and upper end of each band of
     frequency in which responses are compared. `band_hz`: see `normalised_response`; the response is
     that along x. `full`: the run of the full model where it is known, by the same profile,
-    unbalances and steps, with neither gravity nor drives. Raises AnalysisError if there is no model, a band has no meaning or no frequency
-    of the record in it, an argument of the run has no meaning, or the full model diverges.
+    unbalances and steps, with neither gravity nor drives.
+
+    Raises AnalysisError if there is no model, a band has no meaning or no frequency of the record
+    in it, an argument of the run has no meaning, or the full model diverges.
     """
     if not variants:
         raise AnalysisError("there are no models to compare; give one or more")
