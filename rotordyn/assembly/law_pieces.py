@@ -75,6 +75,17 @@ class LawPieces(ReadOnlyArrays):
         piece = max(0, bisect_right(self.starts_rad_s, speed_rad_s) - 1)
         return _valued(self.polynomials[piece], speed_rad_s - self.starts_rad_s[piece])
 
+    def along(self, speeds_rad_s: FloatArray) -> BearingCoefficients:
+        """Return the coefficients at speeds, not negative, of shape (s,): (s, 2, 2) each."""
+        starts = np.asarray(self.starts_rad_s)
+        pieces = np.maximum(np.searchsorted(starts, speeds_rad_s, side="right") - 1, 0)
+        beyond = (speeds_rad_s - starts[pieces]).reshape(-1, 1, 1, 1)
+        rows = np.moveaxis(self.polynomials, 1, 0)[:, pieces]
+        values = np.zeros(rows.shape[1:])
+        for row in rows[::-1]:
+            values = values * beyond + row
+        return BearingCoefficients(values[:, 0], values[:, 1])
+
     def slopes(self, speed_rad_s: float) -> tuple[BearingCoefficients, BearingCoefficients]:
         """Return the derivatives below and above a speed, which differ at a corner only.
 

@@ -17,7 +17,7 @@ from solidwhirl.rotordyn.assembly.coordinates import Rows, body_rows, joint_moti
 from solidwhirl.rotordyn.assembly.internal_damping import body_damping
 from solidwhirl.rotordyn.assembly.parts import Bearing
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
-from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, Matrix
+from solidwhirl.rotordyn.core.arrays import FloatArray, Matrix
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.superelement.free_body import free_body_matrices
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
@@ -98,16 +98,20 @@ def joint_forces(
     if joints:
         rows = np.array([joint.row for joint in joints])
         touched = rows.any(axis=0)
-        missing = _body_forces(assembled, touched, motion, loads)
+        seen = [k for k, joint in enumerate(joints) if joint.component != _WITHIN]
+        # what is missing at all coordinates, times these, are the forces of the joints
+        shares = np.zeros((len(seen), touched.size))
+        shares[:, touched] = -_inverse(joints, rows[:, touched])[seen]
+        solution = _body_forces(assembled, shares, motion, loads)
         for bearing in system.bearings:
-            missing += bearings[bearing.name] @ joint_motion(every, bearing)[:, touched]
+            solution += bearings[bearing.name] @ (joint_motion(every, bearing) @ shares.T)
         for gear in system.gears:
-            missing += np.multiply.outer(gears[gear.name], tooth_motion(every, gear)[touched])
-        solution = -missing @ _inverse(joints, rows[:, touched]).T
-        for joint, force in zip(joints, solution.T, strict=True):
+            solution += np.multiply.outer(gears[gear.name], shares @ tooth_motion(every, gear))
+        for k, force in zip(seen, solution.T, strict=True):
+            joint = joints[k]
             if joint.component == _TEETH:
                 gears[joint.name] = gears[joint.name] + force
-            elif joint.component != _WITHIN:
+            else:
                 bearings[joint.name][:, joint.component] += force
     return JointForces(
         bearings={name: force.reshape(*shape, 6) for name, force in bearings.items()},
@@ -148,10 +152,9 @@ def _flexible_force(assembled: AssembledSystem, bearing: Bearing, motion: _Motio
     stiffness[:2, :2] = damping[:2, :2] = 0.0
     force = place @ stiffness.T + speed @ damping.T
     (law,) = (joint for joint in assembled.law_joints if joint.bearing == bearing.name)
-    known, which = np.unique(motion.speed[:, 0], return_inverse=True)
-    found = np.array([law.coefficients(float(value)) for value in known])[which]
-    force[:, :2] += np.einsum("pij,pj->pi", found[:, 0], place[:, :2])
-    force[:, :2] += np.einsum("pij,pj->pi", found[:, 1], speed[:, :2])
+    of_place, of_speed = law.coefficients_along(motion.speed[:, 0])
+    force[:, :2] += np.einsum("pij,pj->pi", of_place, place[:, :2])
+    force[:, :2] += np.einsum("pij,pj->pi", of_speed, speed[:, :2])
     return np.asarray(force)
 
 
@@ -186,19 +189,22 @@ def _within_bodies(assembled: AssembledSystem, joints: list[_ExactJoint]) -> lis
 
 def _body_forces(
     assembled: AssembledSystem,
-    touched: BoolArray,
+    shares: FloatArray,
     motion: _Motion,
     loads: Mapping[str, Matrix],
 ) -> Matrix:
-    """Return inertia, damping and stiffness forces less loads at some coordinates (p, t)."""
-    parts = []
+    """Return inertia, damping and stiffness forces less loads, in shares of all coordinates.
+
+    `shares`: shape (k, N). Returns shape (p, k).
+    """
+    total = np.zeros((motion.displacement.shape[0], len(shares)), motion.displacement.dtype)
     for name, rotor in assembled.system.rotors.items():
-        at = touched[assembled.body_slices[name]]
-        if not at.any():
+        own = shares[:, assembled.body_slices[name]]
+        if not own.any():
             continue
         body, ratio = free_body_matrices(rotor.element), rotor.speed_ratio
         rotating = body_damping(rotor, body)
-        moved = _Moved(at, assembled.transformation[assembled.body_slices[name]])
+        moved = _Moved(own, assembled.transformation[assembled.body_slices[name]])
         q, v, spin = motion.displacement, motion.velocity, ratio * motion.speed
         force = moved.force(body.mass, motion.acceleration) + moved.force(rotating.damping, v)
         force = force + moved.force(body.stiffness, q)
@@ -206,19 +212,21 @@ def _body_forces(
         force = force + spin * moved.force(body.gyroscopic, v)
         force = force + spin * moved.force(rotating.circulatory, q)
         force = force + 0.5 * ratio * motion.rate * moved.force(body.gyroscopic, q)
-        parts.append(force - loads[name][:, at] if name in loads else force)
-    return np.concatenate(parts, axis=1)
+        total = total + force
+        if name in loads:
+            total = total - loads[name] @ own.T
+    return np.asarray(total)
 
 
 class _Moved(NamedTuple):
-    """Some coordinates of a body, and all of them per independent coordinate."""
+    """Shares of the coordinates of a body (k, n_body), and all of them per independent one."""
 
-    at: BoolArray
+    shares: FloatArray
     rows: FloatArray
 
     def force(self, matrix: FloatArray, motion: Matrix) -> Matrix:
-        """Return a matrix of the body times a motion (p, n), at those coordinates."""
-        return np.asarray(motion @ (matrix[self.at] @ self.rows).T)
+        """Return the shares of a matrix of the body times a motion (p, n), (p, k)."""
+        return np.asarray(motion @ (self.shares @ matrix @ self.rows).T)
 
 
 def _inverse(joints: list[_ExactJoint], rows: FloatArray) -> FloatArray:

@@ -66,6 +66,14 @@ class LawJoint:
         """Speeds Ω > 0 of the reference shaft at which a table has its knots, rising."""
         return () if self.pieces is None else self.pieces.knots_rad_s
 
+    def coefficients_along(self, speeds_rad_s: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return stiffness and damping at speeds Ω of shape (s,), (s, 2, 2) each."""
+        if self.pieces is not None:
+            return self.pieces.along(np.abs(speeds_rad_s))
+        known, which = np.unique(speeds_rad_s, return_inverse=True)
+        found = np.array([self.coefficients(float(value)) for value in known])[which]
+        return found[:, 0], found[:, 1]
+
     def coefficients(self, speed_rad_s: float) -> tuple[FloatArray, FloatArray]:
         """Return stiffness and damping (2, 2) at a speed Ω of the reference shaft."""
         if self.pieces is not None:

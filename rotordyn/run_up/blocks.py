@@ -28,14 +28,14 @@ from solidwhirl.rotordyn.run_up.steps import (
 
 # Steps of a block at most; bounds memory only.
 _LONGEST = 1024
-# Numbers of the tables of all blocks of a stretch: 8 MB.
-_NUMBERS = 1 << 20
+# Numbers of the tables of all blocks of a stretch: 16 MB.
+_NUMBERS = 1 << 21
 # A breakpoint may miss a step by this fraction of it, and a step may be an angle up to this.
 _ON_STEP = 1e-6
 _LARGEST_ANGLE = 1.0
 # From one state to the next the fastest unbalance turns by no more than this, or it is one step:
 # the works of the loads are sums over the states.
-_STRIDE_ANGLE = 0.25
+_STRIDE_ANGLE = 0.5
 
 
 class RunPart(NamedTuple):

@@ -116,7 +116,8 @@ class Watch:
 
     def outgrown(self, places: FloatArray) -> list[int]:
         """Return which of some displacements (s, n) are larger than the machine, rising."""
-        return list(map(int, np.flatnonzero(~(self._largest(places) <= self._limit))))
+        large = ~(self._largest(places) <= self._limit)
+        return [int(k) for k in np.flatnonzero(large)]
 
     def steps_until(self, stopped: Divergence, first_step: int) -> int:
         """Return how many steps of a block are left of it."""

@@ -21,10 +21,10 @@ from solidwhirl.rotordyn.run_up.record import EnergyBalance
 
 # Samples that wait before their forces are computed together.
 _WAITING = 4096
+# A power that the steps resolve changes in one of them by less than this times its largest.
+_RESOLVED = 10.0
 # Records whose balance of forces is looked at.
 _BALANCES = 64
-# Parts of matrices below this fraction of their size are rounding.
-_ROUNDING = 1e-13
 
 
 class _Samples(NamedTuple):
@@ -198,7 +198,8 @@ class Recorder:
     def _balanced(self, whole: _Samples) -> None:
         """Look at the forces of some records in the system straight from its parts."""
         count = len(whole.speeds)
-        for at in sorted({count // 3, count - 1}) if len(self._balances) < _BALANCES else ():
+        chosen = {count // 3} if self._balances else {count // 3, count - 1}
+        for at in sorted(chosen) if len(self._balances) < _BALANCES else ():
             modal = (whole.places[at], whole.velocities[at], whole.accelerations[at])
             place, velocity, acceleration = (self._shapes @ part for part in modal)
             speed, rate = float(whole.speeds[at]), float(whole.rates[at])
@@ -216,9 +217,8 @@ class Recorder:
         for part, motion, forces in zip(self._plan.parts, stretch.motions, found, strict=True):
             place, speed = motion.place / part.basis.scale, motion.velocity
             stored += 0.5 * (_dot(speed, speed) - _dot(place, forces.spring))
-            given, changes = (
-                a[..., part.columns] for a in (stretch.amplitudes, stretch.amplitude_rates)
-            )
+            given = stretch.amplitudes[..., part.columns]
+            changes = stretch.amplitude_rates[..., part.columns]
             works.append(_works(part, motion, forces, given, changes))
         whole = Works(*(sum(of_parts) for of_parts in zip(*works, strict=True)))
         slopes = self._plan.stride.duration_s * whole.slopes_w
@@ -266,16 +266,11 @@ def _works(
     n, scale = part.basis.size, part.basis.scale
     place, speed, acceleration = motion.place / scale, motion.velocity, forces.acceleration
     moved, rising = speed @ part.loads, acceleration @ part.loads
-    # the part of −K that is not symmetric works; without rounding, as where a step does not resolve
-    # the motion its acceleration is large
-    stiffness = motion.rates[..., :n] * scale
-    size = np.sqrt(np.abs(np.diagonal(stiffness, axis1=1, axis2=2)))
-    skew = 0.5 * (stiffness - stiffness.swapaxes(1, 2))
-    odd = place @ _without_rounding(skew, size[:, :, None] * size[:, None]).swapaxes(1, 2)
-    # twice the part of the velocity matrix that is symmetric; −V η' is the force
-    velocity = motion.rates[..., n:]
-    largest = np.abs(velocity).max(axis=(1, 2), keepdims=True, initial=0.0)
-    even = speed @ _without_rounding(velocity + velocity.swapaxes(1, 2), largest)
+    # the part of K that is not symmetric works, with −Kᵀη beside −Kη; it is skew
+    odd = 0.5 * (forces.spring - scale * (place @ motion.rates[..., :n]))
+    # the part of the velocity matrix that is symmetric; −V η' is the force
+    mirrored = speed @ motion.rates[..., n:]
+    even = forces.damper + mirrored
     powers = (_dot(given, moved), _dot(speed, odd), -_dot(speed, forces.damper))
     slopes = (
         _dot(changes, moved) + _dot(given, rising),
@@ -285,11 +280,6 @@ def _works(
     # exact, also for motion that a step does not resolve
     constant = (place - place[:, :1]) @ motion.constant
     return Works(np.stack(powers, axis=-1), np.stack(slopes, axis=-1), constant)
-
-
-def _without_rounding(part: FloatArray, size: FloatArray) -> FloatArray:
-    """Return a part of matrices without what is rounding of their size."""
-    return np.where(np.abs(part) > _ROUNDING * size, part, 0.0)
 
 
 def _dot(first: FloatArray, second: FloatArray) -> FloatArray:
@@ -318,6 +308,9 @@ def _integrals(values: FloatArray, slopes: FloatArray) -> FloatArray:
     """
     sums = np.zeros_like(values)
     np.cumsum(0.5 * (values[:, 1:] + values[:, :-1]), axis=1, out=sums[:, 1:])
+    # what changes faster is not resolved: its slope would only add its rounding, many times over
+    limits = _RESOLVED * np.abs(values).max(axis=1, keepdims=True)
+    slopes = np.clip(slopes, -limits, limits)
     sums -= (slopes - slopes[:, :1]) / 12.0
     sums[1:] += np.cumsum(sums[:-1, -1], axis=0)[:, None]
     return sums

@@ -58,9 +58,11 @@ class SpeedTable(NamedTuple):
         speeds = np.asarray(speeds_rad_s, dtype=float)
         starts = [piece.low for piece in self.pieces]
         which = np.maximum(np.searchsorted(starts, speeds, side="right") - 1, 0)
-        flat = np.empty((speeds.size, self.entries))
-        for k in np.unique(which):
-            flat[which == k] = self.pieces[k].at(speeds[which == k])
+        groups = [self.pieces[k].at(speeds[which == k]) for k in np.unique(which)]
+        flat = groups[0] if len(groups) == 1 else np.empty((speeds.size, self.entries))
+        for k, group in zip(np.unique(which), groups, strict=True):
+            if group is not flat:
+                flat[which == k] = group
         return _split(flat, self.shapes)
 
 

@@ -15,6 +15,8 @@ from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.run_up.modal_basis import ModalBasis
 from solidwhirl.rotordyn.run_up.speed_table import tabulate
 
+# Blocks are made for the allowed error of the phase over this, where steps are short enough.
+_SPARE = 3.0
 # Parts of the speed range in which the rate of change of the system is estimated.
 _RATE_PARTS = 16
 
@@ -69,13 +71,21 @@ def stride_table(
     tabulated bearings.
     """
 
-    def sample(speed: float) -> tuple[FloatArray, ...]:
-        rows = basis.acceleration_rows(speed, acceleration_rad_s2)
-        one = step_operators(basis.scale, rows, loads, constants, stride.step_s)
-        return (*stride_operators(*one, stride.steps), rows)
+    def rows_at(speed: float) -> tuple[FloatArray]:
+        return (basis.acceleration_rows(speed, acceleration_rad_s2),)
 
-    table = tabulate(sample, _edges(basis.assembled, *sorted(speeds_rad_s)), smallest_width_rad_s)
-    return StrideTable(lambda speeds: StrideMatrices(*table(speeds)), table.entries)
+    def operators_at(speed: float) -> tuple[FloatArray, ...]:
+        one = step_operators(basis.scale, *rows_at(speed), loads, constants, stride.step_s)
+        return stride_operators(*one, stride.steps)
+
+    edges = _edges(basis.assembled, *sorted(speeds_rad_s))
+    # apart: the rows are of a much lower degree
+    operators = tabulate(operators_at, edges, smallest_width_rad_s)
+    rows = tabulate(rows_at, edges, smallest_width_rad_s)
+    return StrideTable(
+        lambda speeds: StrideMatrices(*operators(speeds), *rows(speeds)),
+        operators.entries + rows.entries,
+    )
 
 
 def stride_operators(
@@ -200,7 +210,8 @@ def block_length(
 
     `speeds_rad_s`: both ends of a piece of the profile; `acceleration_rad_s2`: Ω' there;
     `phase_error_rad`: allowed error of the phase of a free vibration within a block. Returns a
-    whole number, or inf. Raises AnalysisError if one step is too many.
+    whole number, or inf, for a third of that error, but one step at least. Raises AnalysisError if
+    one step is too many.
 
     With the speed of the middle of a block of duration H, the phase of a free vibration is right
     at its ends and off by at most |dω/dΩ| |Ω'| H²/8 in its middle.
@@ -215,7 +226,7 @@ def block_length(
             f"{change:.3g} rad/s², which phase_error_rad {phase_error_rad:g} allows to freeze for "
             f"{longest:.3g} s; take no longer a step, or allow more"
         )
-    return float(np.floor(longest / step_s * (1.0 + 1e-12)))
+    return float(max(1.0, np.floor(longest / np.sqrt(_SPARE) / step_s * (1.0 + 1e-12))))
 
 
 def _edges(assembled: AssembledSystem, low: float, high: float) -> list[float]:

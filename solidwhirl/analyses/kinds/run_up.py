@@ -29,6 +29,7 @@ from solidwhirl.rotordyn.plots.chart import Axis, Bars, Chart, Look, series_look
 from solidwhirl.rotordyn.response.unbalance_peaks import ResonancePeak, resonance_peaks
 from solidwhirl.rotordyn.run_up.complexity import (
     ComplexityComparison,
+    TimedRun,
     compare_complexity,
     rigid_bodies_system,
 )
@@ -197,7 +198,9 @@ class RunUpSpec(Analysis):
             responses["all modes"] = normalised_response(run, self.mount)
             document["normalised_response"] = _response_document(responses["all modes"])
         if self.compare_flexible:
-            compared = _compare(self, engine.system)
+            # models are compared without what acts beside the unbalance
+            alone = self.gravity_m_per_s2 is None and not self.drives
+            compared = _compare(self, engine.system, TimedRun(run, spent) if alone else None)
             document["complexity"] = _complexity_document(compared)
             responses |= dict(zip(compared.names, compared.responses, strict=True))
         return Outcome(
@@ -409,7 +412,9 @@ def _response_document(response: NormalisedResponse) -> dict[str, Any]:
     }
 
 
-def _compare(spec: RunUpSpec, system: AssembledSystem) -> ComplexityComparison:
+def _compare(
+    spec: RunUpSpec, system: AssembledSystem, full: TimedRun | None
+) -> ComplexityComparison:
     """Run models in which only some bodies keep their flexibility."""
     turning = [name for name, rotor in system.system.rotors.items() if rotor.speed_ratio != 0]
     variants = {"all modes": system}
@@ -424,6 +429,7 @@ def _compare(spec: RunUpSpec, system: AssembledSystem) -> ComplexityComparison:
         step_s=1.0 / spec.sampling_hz,
         bands_hz=spec.bands_hz,
         record_every=max(1, round(spec.sampling_hz / spec.record_hz)),
+        full=full,
     )
 
 

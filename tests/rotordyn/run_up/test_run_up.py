@@ -123,7 +123,7 @@ def test_error_falls_with_the_square_of_the_block():
         errors.append(np.abs(run.translation_m - exact).max())
         sizes.append(run.longest_block)
     rates = np.log(np.array(errors[:-1]) / errors[1:]) / np.log(np.array(sizes[:-1]) / sizes[1:])
-    # blocks of whole steps, here 38, 18 and 9, end unevenly: the rate is 2 but for some tenths
+    # blocks of whole steps end unevenly: the rate is 2 but for some tenths
     assert (rates > 1.7).all()
     assert errors[0] < 1.6e-3 * np.abs(exact).max()
 
