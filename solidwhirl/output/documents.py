@@ -103,6 +103,7 @@ def results_document(results: Results) -> dict[str, Any]:
         "predicted_cost": forecast_document(results.forecast),
         "timings_s": dict(results.timings_s),
         "dense_problems": {name: dict(found) for name, found in results.dense_problems.items()},
+        "body_problems": {name: dict(found) for name, found in results.body_problems.items()},
         "peak_memory_gib": results.peak_memory_gib,
         "packages": package_versions(),
     }

@@ -88,13 +88,12 @@ def _analyses(results: Results) -> str:
 
 
 def _cost(document: dict[str, Any]) -> str:
-    problems = document.get("dense_problems", {})
-    lines = [
-        f"- {name}: {spent:.2f} s" + "".join(f", {n} {what}" for what, n in solved.items())
-        for name, spent, solved in (
-            (name, spent, problems.get(name, {})) for name, spent in document["timings_s"].items()
-        )
-    ]
+    of_engine, of_bodies = (document.get(k, {}) for k in ("dense_problems", "body_problems"))
+    lines = []
+    for name, spent in document["timings_s"].items():
+        counts = [f"{n} {what}" for what, n in of_engine.get(name, {}).items()]
+        counts += [f"{n} {what} of bodies" for what, n in of_bodies.get(name, {}).items()]
+        lines.append(", ".join([f"- {name}: {spent:.2f} s", *counts]))
     kept = [name for name, origin in document.get("stages", {}).items() if origin == "kept"]
     if kept:
         lines.append(f"- kept from an earlier run: {', '.join(kept)}")

@@ -194,6 +194,7 @@ def _analysed(engine: stages.Engine, results: Callable[..., Results]) -> Results
         analyses=outcomes,
         timings_s=job.clock.seconds,
         dense_problems=job.clock.solved,
+        body_problems=job.clock.of_bodies,
         peak_memory_gib=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0**2,
         stability=stability,
         asymmetry=diagram.asymmetry,

@@ -32,7 +32,14 @@ SCRIPT = Path(__file__).with_name("batch.py")
 # Time in which a job must be gone; an undisturbed one takes less.
 LIMIT_S = 300.0
 # What depends on the run and not on the scene.
-OF_THE_RUN = ("timings_s", "dense_problems", "peak_memory_gib", "predicted_cost", "stages")
+OF_THE_RUN = (
+    "timings_s",
+    "dense_problems",
+    "body_problems",
+    "peak_memory_gib",
+    "predicted_cost",
+    "stages",
+)
 
 
 def start(ranks, fault, *arguments):
