@@ -14,11 +14,11 @@ from solidwhirl.rotordyn.assembly.coordinates import body_rows
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.campbell.body_frames import branch_columns
 from solidwhirl.rotordyn.campbell.diagram import Campbell
-from solidwhirl.rotordyn.campbell.matching import mode_columns, overlaps
+from solidwhirl.rotordyn.campbell.matching import overlaps
 from solidwhirl.rotordyn.campbell.tracking import Tracker
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
 from solidwhirl.rotordyn.modes.centreline import interface_rows
-from solidwhirl.rotordyn.modes.eigen import Modes, modes_at_speed
+from solidwhirl.rotordyn.modes.eigen import Modes, mode_columns, modes_at_speed
 
 # Eigenvalues of branches closer than this (relative) do not tell them apart.
 _SAME = 1e-7

@@ -21,13 +21,12 @@ from solidwhirl.rotordyn.campbell.matching import (
     GOOD_OVERLAP,
     SAME_FREQUENCY,
     Tracked,
-    mode_columns,
     overlaps,
 )
 from solidwhirl.rotordyn.campbell.tracking import Chain, Tracker
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, IntArray
 from solidwhirl.rotordyn.modes.damping import PEAKLESS, damping_ratio
-from solidwhirl.rotordyn.modes.eigen import Modes, scaled_stiffness, whole_group_count
+from solidwhirl.rotordyn.modes.eigen import Modes, mode_columns, scaled_stiffness, whole_group_count
 
 # Frequencies closer than this (relative) at rest are equal.
 _EQUAL = 1e-8

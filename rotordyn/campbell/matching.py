@@ -16,7 +16,7 @@ from scipy.optimize import linear_sum_assignment
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, matrices_at_speed
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
-from solidwhirl.rotordyn.modes.eigen import Modes
+from solidwhirl.rotordyn.modes.eigen import Modes, mode_columns
 
 # Frequencies closer than this (relative) are one cluster, and a veering narrower a crossing.
 SAME_FREQUENCY = 1e-4
@@ -175,16 +175,6 @@ def _turn(metric: _StateMetric, group: Modes, product: ComplexArray) -> ComplexA
     size = np.sqrt((np.abs(turn) ** 2).sum(axis=0))
     _, order = linear_sum_assignment(-(np.abs(turn / size) ** 2))
     return np.asarray(turn[:, order])
-
-
-def mode_columns(modes: Modes, columns: IntArray) -> Modes:
-    """Return some of the modes of a set."""
-    return dataclasses.replace(
-        modes,
-        eigenvalues=modes.eigenvalues[columns],
-        shapes=modes.shapes[:, columns],
-        family=None if modes.family is None else modes.family[columns],
-    )
 
 
 def _assign(product: ComplexArray) -> tuple[IntArray, FloatArray]:

@@ -108,8 +108,8 @@ def check_unbalance_response(
     rows = np.vstack([plain.seat(curve.place)[:2] for curve in curves])
 
     def moved(speed: float) -> Motion | None:
-        force = unbalance_load(plain, loads, speed)
-        return motion_under(plain.at(speed), ratio * speed, force, rows) if speed else None
+        force, rate = unbalance_load(plain, loads, speed), ratio * speed
+        return motion_under(plain.at(speed, 1j * rate), rate, force, rows) if speed else None
 
     misses = _deviations(moved, speeds_rad_s, curves, chosen)
     if misses:

@@ -375,7 +375,7 @@ def stiffness_at_rest(assembled: AssembledSystem, name: str) -> FloatArray:
     stiffness = bearing.stiffness_n_per_m
     for joint in assembled.law_joints:
         if joint.bearing == name:
-            stiffness = joint.coefficients(0.0)[0]
+            stiffness = joint.coefficients(0.0)[0][:2, :2]
     return np.diag(stiffness).astype(float)
 
 

@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from solidwhirl.rotordyn.assembly.system import AssembledSystem
+from solidwhirl.rotordyn.assembly.system import AssembledSystem, at_whirl_ratio
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.dense import scale_by_stiffness
 from solidwhirl.rotordyn.core.errors import AnalysisError
@@ -124,7 +124,8 @@ def critical_speeds(
     With light damping each is refined from the one without it, and counts of the modes below the
     excitation prove that none is missing; else the branches are followed from rest and Im λ(Ω) = αΩ
     is solved on each; steps begin and end at the critical speeds without damping and the knots of
-    speed laws. Motions that creep, of a damping ratio above 0.995, are left out.
+    speed laws. Bearings that depend on the frequency are taken at αΩ, which is that of the mode.
+    Motions that creep, of a damping ratio above 0.995, are left out.
     """
     ratio, limit = checked_excitation(assembled, excitation_ratio, speed_max_rad_s)
     known = _searched(assembled, ratio)
@@ -145,11 +146,14 @@ def _searched(
 
 
 def _found(assembled: AssembledSystem, ratio: float, limit: float) -> tuple[CriticalSpeed, ...]:
+    given, assembled = assembled, at_whirl_ratio(assembled, ratio)
     if _is_undamped_problem(assembled):
         speeds, shapes = undamped_critical_speeds(assembled, ratio, limit)
         decrements = np.zeros(speeds.size)
     elif np.isfinite(limit):
-        speeds, shapes, decrements = _damped(assembled, ratio, limit)
+        # growth and frequency together need the law itself
+        exact = not any(law.depends_on_growth for law in given.frequency_laws)
+        speeds, shapes, decrements = _damped(assembled if exact else given, ratio, limit)
     else:
         raise AnalysisError(
             "speed_max_rad_s is needed: this system has damping, an unsymmetric or a negative "
@@ -186,6 +190,7 @@ def count_critical_speeds(
     ratio, limit = checked_excitation(assembled, excitation_ratio, speed_max_rad_s)
     if not np.isfinite(limit):
         raise AnalysisError("speed_max_rad_s is needed: critical speeds are counted up to it")
+    assembled = at_whirl_ratio(assembled, ratio)
     at_rest = at_limit = falls = rises = 0
     unresolved: list[tuple[float, float]] = []
     for pencil in whirl_pencils(assembled, ratio):
@@ -237,7 +242,9 @@ def _damped(
     assembled: AssembledSystem, ratio: float, limit: float
 ) -> tuple[FloatArray, ComplexArray, FloatArray]:
     """Return critical speeds, shapes and decrements with damping, by rising speed."""
-    found = lightly_damped(assembled, ratio, limit)
+    found = None
+    if not assembled.depends_on_frequency:
+        found = lightly_damped(assembled, ratio, limit)
     if found is None:
         found = followed_to_the_line(assembled, ratio, limit)
     found = sorted(found, key=lambda item: item.speed)

@@ -15,6 +15,7 @@ from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.assembly.system import (
     AssembledSystem,
     SpeedMatrices,
+    at_rate,
     matrices_at_speed,
     speed_derivative,
 )
@@ -26,7 +27,8 @@ from solidwhirl.rotordyn.estimates.eigenvalue_errors import (
     frozen_parts,
     sum_of_parts,
 )
-from solidwhirl.rotordyn.modes.left_vectors import balance_of, dynamic_stiffness
+from solidwhirl.rotordyn.modes.left_vectors import dynamic_stiffness
+from solidwhirl.rotordyn.modes.nearby import balance_of
 from solidwhirl.rotordyn.response.unbalance import Unbalance, frequency_ratio, unbalance_loads
 from solidwhirl.rotordyn.response.unbalance_peaks import SUMMIT, ResonancePeak, summit
 from solidwhirl.rotordyn.superelement.residual_energy import form_products, form_weight
@@ -236,7 +238,7 @@ def _found_again(
 def _solved(assembled: AssembledSystem, sweep: _Sweep, place: float) -> _Solved:
     """Solve for the motion and for the adjoint of the amplitude Σ |row u|."""
     point = sweep.at(float(place))
-    matrices = matrices_at_speed(assembled, point.speed)
+    matrices = matrices_at_speed(at_rate(assembled, 1j * point.omega), point.speed)
     balance = balance_of(matrices, 1j * point.omega)
     dynamic = dynamic_stiffness(matrices, 1j * point.omega)
     factors = la.lu_factor(balance[:, None] * dynamic * balance)

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.assembly.reactions import joint_forces
-from solidwhirl.rotordyn.assembly.system import AssembledSystem
+from solidwhirl.rotordyn.assembly.system import AssembledSystem, at_whirl_ratio
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.reprs import lines_of, row, speed_range
@@ -239,6 +239,7 @@ def response_pieces(assembled: AssembledSystem, ratio: float, speed_max_rad_s: f
     """
     if assembled.has_constant_bearings or speed_max_rad_s == 0:
         return SMOOTH
+    assembled = at_whirl_ratio(assembled, ratio)
     try:
         places = undamped_places(assembled, abs(ratio), speed_max_rad_s)
     except AnalysisError:  # hints only: a free body that whirls at every speed has none
@@ -318,6 +319,7 @@ def _exciter(
     assembled: AssembledSystem, unbalances: Sequence[Unbalance], ratio: float, speeds: FloatArray
 ) -> ExciterResponse:
     """Return the response to unbalances of one frequency."""
+    assembled = at_whirl_ratio(assembled, ratio)
     patterns = _patterns(assembled, unbalances)
     omega = ratio * speeds
     square = (omega**2)[:, None]
@@ -381,5 +383,5 @@ def orbit_peaks(
         x, y = harmonic.node_response(assembled, [node], [at / ratio], [at], load)[0, 0]
         return float(elliptic_orbits(x, y).major_m)
 
-    knots = ratio * np.array(assembled.knots_rad_s)
+    knots = ratio * np.array(at_whirl_ratio(assembled, ratio).knots_rad_s)
     return unbalance_peaks.refined_peaks(peaks, omega, major, height, knots)
