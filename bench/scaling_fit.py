@@ -15,7 +15,6 @@ from scipy.optimize import lsq_linear, nnls
 
 from solidwhirl.core.machine import MachineSpeed
 from solidwhirl.cost import coefficients as present
-from solidwhirl.cost.work import REFERENCE_MACHINE
 
 #: Unknowns and columns that the coefficients are given at.
 UNKNOWNS, COLUMNS = 1e5, 10.0
@@ -175,22 +174,6 @@ def memory(rows: list[dict]) -> dict[str, tuple[float, float, float]]:
     return out
 
 
-def engines(rows: list[dict]) -> dict[str, tuple[float, float]]:
-    """Seconds a + c (n/100)³ of a speed of the Campbell diagram, and of the critical speeds."""
-    out = {}
-    for kind in ("even", "uneven", "damped"):
-        same = [r for r in rows if r["level"] == "engine" and r["kind"] == kind]
-        n = np.array([r["coordinates"] for r in same])
-        design = np.column_stack([np.ones(len(n)), (n / 100.0) ** 3])
-        for what, key in (
-            ("campbell", "campbell_s_per_speed"),
-            ("critical_speeds", "critical_speeds_s"),
-        ):
-            fit, _ = relative_fit(design, np.array([r[key] for r in same]))
-            out[f"{what}.{kind}"] = (float(fit[0]), float(fit[1]))
-    return out
-
-
 def write_module(path: Path, rows: list[dict], machine: dict) -> None:
     """Write the coefficients as the module that `solidwhirl.cost.work` reads.
 
@@ -201,11 +184,11 @@ def write_module(path: Path, rows: list[dict], machine: dict) -> None:
     factor, name = 1.0, machine["name"]
     if kept:
         here = MachineSpeed(gflops=machine["gflops"], gbytes_per_s=machine["gbytes_per_s"])
-        factor, name = here.relative_to(REFERENCE_MACHINE), present.MACHINE
+        there = MachineSpeed(gflops=present.GFLOPS, gbytes_per_s=present.GBYTES_PER_S)
+        factor, name = here.relative_to(there), present.MACHINE
         machine = {"gflops": present.GFLOPS, "gbytes_per_s": present.GBYTES_PER_S}
     work = [r for r in rows if r["level"] in LEVELS]
     base = present.BASE_GIB if kept else float(np.median([r["base_gib"] for r in work]))
-    imported = present.IMPORT_S if kept else float(np.median([r["import_s"] for r in work]))
     largest = present.LARGEST | {
         level: max(r["made_unknowns"] for r in work if r["level"] == level)
         for level in LEVELS
@@ -218,7 +201,6 @@ def write_module(path: Path, rows: list[dict], machine: dict) -> None:
 
     of_laws = {k: (factor * s, *powers) for k, (s, *powers) in laws(rows).items()}
     of_meshes = present.MESHING if "mesh" in kept else meshing(rows)
-    of_engines = present.ENGINE if "engine" in kept else engines(rows)
 
     def table(title: str, kind: str, values: dict[str, tuple[float, ...]]) -> str:
         lines = [f"{title}: dict[str, {kind}] = {{"]
@@ -226,7 +208,7 @@ def write_module(path: Path, rows: list[dict], machine: dict) -> None:
             lines.append(f'    "{key}": ({", ".join(f"{v:.4g}" for v in row)}),')
         return "\n".join([*lines, "}"])
 
-    three, two = "tuple[float, float, float]", "tuple[float, float]"
+    three = "tuple[float, float, float]"
     text = f'''"""Coefficients of the cost model, written by `python bench/scaling.py --fit`."""
 
 from __future__ import annotations
@@ -236,15 +218,13 @@ MACHINE = "{name}"
 GFLOPS, GBYTES_PER_S = {machine["gflops"]:.4g}, {machine["gbytes_per_s"]:.4g}
 #: Largest number of unknowns measured, by level; beyond it the laws are extrapolated.
 LARGEST = {json.dumps(largest)}
-#: Seconds to import the solvers and memory of the program with them [GiB].
-IMPORT_S, BASE_GIB = {imported:.4g}, {base:.4g}
+#: Memory of the program with its solvers [GiB].
+BASE_GIB = {base:.4g}
 #: "level.order.stage": seconds at 1e5 unknowns and 10 columns, powers of unknowns and columns.
 {table("LAWS", three, with_kept(of_laws, present.LAWS))}
 #: Level: seconds per mesh, per cell, and per cell and graded place.
 {table("MESHING", three, of_meshes)}
 #: "level.order.what": GiB at 1e5 unknowns, its power, and copies of the columns of the basis.
 {table("MEMORY", three, with_kept(memory(rows), present.MEMORY))}
-#: Seconds a + c (n/100)³: a speed of the Campbell diagram, and all critical speeds.
-{table("ENGINE", two, of_engines)}
 '''
     path.write_text(text, encoding="utf-8")

@@ -21,6 +21,7 @@ PASSED_OVER = {
     "cpu_s",
     "analyses_cpu_s",
     "dense_problems",
+    "body_problems",
     "peak_memory_gib",
     "timings_s",
     "wall_time_per_step_s",

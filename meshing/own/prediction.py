@@ -89,6 +89,17 @@ class PredictedMesh:
             return 3 * self._nodes(degree)
         return 6 * (self._nodes(degree) - self.cut_face._nodes(degree))
 
+    def times(self, factor: float) -> PredictedMesh:
+        """Return the numbers of a mesh so many times as large."""
+        counts = {
+            key: round(factor * getattr(self, key))
+            for key in ("cells", "vertices", "edges", "facets")
+        }
+        face = self.cut_face
+        # a face grows with the square of what the solid grows with the cube of
+        cut = None if face is None else face.times(factor ** (2.0 / 3.0))
+        return replace(self, **counts, cut_face=cut)
+
     def _nodes(self, degree: int) -> int:
         """Add p - 1 nodes in an edge, (p-1)(p-2)/2 in a triangle, (p-1)(p-2)(p-3)/6 in a cell."""
         p, solid = degree, self.dimension == 3
@@ -109,14 +120,14 @@ def predict_mesh(body: Body, size: MeshSize, kind: MeshKind) -> PredictedMesh:
     Where a section is thinner than its elements are long, the edges (triangles) of its outline
     count instead. Vertices, edges and facets are related by Euler's formula.
     """
+    if kind == "revolved":
+        return predict_revolved(predict_mesh(body, size, "harmonic"))
     subdivision = merge_fillets(subdivide(body))
     places = np.array(graded_places(body, subdivision, size)).reshape(-1, 3)
     bounds = face_bounds(body, subdivision, size, 3 if kind == "solid" else 2)
     meridian = _meridian(subdivision, places, size.growth, bounds)
     if kind == "harmonic":
         return meridian
-    if kind == "revolved":
-        return predict_revolved(meridian)
     return _solid(body, size, (subdivision, places, bounds), meridian)
 
 

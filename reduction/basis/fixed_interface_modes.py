@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from petsc4py import PETSc
 
+from solidwhirl.core.reduction_work import BODIES
 from solidwhirl.reduction.basis import merging
 from solidwhirl.reduction.basis.overspeed import negative_count, refuse_instability, solver_of
 from solidwhirl.reduction.basis.spinning_modes import MARGIN, Spinning, modes_at_speed
@@ -163,6 +164,7 @@ def _pairs(
     problem: HeldProblem, factor: Solver, count: int, start: FloatArray | None
 ) -> tuple[FloatArray, FloatArray]:
     """Lowest eigenpairs by the method that goes with the solver."""
+    BODIES.add("eigenproblems")
     operators = problem.operators
     if isinstance(factor, ConstrainedIteration):
         return iterative_pairs(factor, operators.mass, count=count, start=start)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from solidwhirl.core.reduction_work import BODIES
 from solidwhirl.reduction.errors import ReductionError
 from solidwhirl.reduction.operators.matrices import BodyOperators
 from solidwhirl.reduction.operators.solver_choice import Solver, block_places, prepared_solver
@@ -97,6 +98,7 @@ def softest_direction(
         moved = factor.solve(centrifugal_load(operators, block), None)[: len(block)]
         return np.asarray(moved - free @ inner(momentum, moved, operators.comm))
 
+    BODIES.add("eigenproblems")
     theta, _, left = krylov_pairs(
         softened,
         operators.stiffness,

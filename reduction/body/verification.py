@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from petsc4py import PETSc
 
+from solidwhirl.core.reduction_work import BODIES
 from solidwhirl.geometry import Body, mass_properties
 from solidwhirl.meshing.imported.records import AnyBody, MeshedBody
 from solidwhirl.reduction.basis.craig_bampton import Basis
@@ -199,6 +200,7 @@ def _moved_factor_count(operators: BodyOperators, basis: Basis, eigenvalue: floa
     factor.matrix.axpy(basis.shift - eigenvalue, weight, _SAME)
     weight.destroy()
     factor.solver.setOperators(factor.matrix)
+    BODIES.add("factorisations")
     factor.solver.setUp()
     result = factor.solver.getPC().getFactorMatrix()
     state, negative = int(result.getMumpsInfog(1)), int(result.getMumpsInfog(12))

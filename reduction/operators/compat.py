@@ -16,6 +16,7 @@ import numpy as np
 import ufl
 from petsc4py import PETSc
 
+from solidwhirl.core.reduction_work import BODIES
 from solidwhirl.meshing import IntArray, Mesh
 from solidwhirl.reduction.operators.form_cache import guard_compiler, silent
 
@@ -158,6 +159,7 @@ def assembled_number(form: Any) -> float:
 
 def assemble_matrix(form: Any) -> Any:
     """Assembled PETSc matrix of a compiled bilinear form."""
+    BODIES.add("matrices")
     matrix = dolfinx.fem.petsc.assemble_matrix(form)
     matrix.assemble()
     return matrix

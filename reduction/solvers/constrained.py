@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
+from solidwhirl.core.reduction_work import BODIES
 from solidwhirl.reduction.errors import FactorMemoryError, ReductionError
 from solidwhirl.reduction.solvers.block_krylov import krylov_pairs
 from solidwhirl.reduction.solvers.memory import available_memory_bytes
@@ -151,6 +152,7 @@ def factorise(matrix: Any, rows: Matrix) -> ConstrainedFactor:
     solver.setOperators(whole)
     available = available_memory_bytes(whole.comm.tompi4py())
     _mumps(solver, available)
+    BODIES.add("factorisations")
     solver.setUp()
     result = solver.getPC().getFactorMatrix()
     try:

@@ -1,4 +1,4 @@
-"""Dense problems of a system that are solved, counted for who asks."""
+"""Problems that are set up and solved, counted for who asks."""
 
 from __future__ import annotations
 
@@ -8,25 +8,34 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Literal
 
-# What is counted: whole eigenproblems, and factorisations for a few modes alone.
-Problem = Literal["eigenproblems", "factorisations"]
-
-_FOUND: ContextVar[Counter[str] | None] = ContextVar("dense problems", default=None)
-
-
-@contextmanager
-def counted() -> Iterator[Counter[str]]:
-    """Count the dense problems that are solved within."""
-    found: Counter[str] = Counter()
-    before = _FOUND.set(found)
-    try:
-        yield found
-    finally:
-        _FOUND.reset(before)
+# What is counted: matrices assembled, whole eigenproblems, and factorisations, of an engine for a
+# few modes alone.
+Problem = Literal["matrices", "eigenproblems", "factorisations"]
 
 
-def solved(problem: Problem) -> None:
-    """Count one problem, where somebody counts."""
-    found = _FOUND.get()
-    if found is not None:
-        found[problem] += 1
+class Ledger:
+    """Count problems of one kind of model, where somebody counts; of nested counts the inner."""
+
+    def __init__(self, name: str) -> None:
+        self._found: ContextVar[Counter[str] | None] = ContextVar(name, default=None)
+
+    @contextmanager
+    def counted(self) -> Iterator[Counter[str]]:
+        """Count the problems within."""
+        found: Counter[str] = Counter()
+        before = self._found.set(found)
+        try:
+            yield found
+        finally:
+            self._found.reset(before)
+
+    def add(self, problem: Problem) -> None:
+        """Count one problem."""
+        found = self._found.get()
+        if found is not None:
+            found[problem] += 1
+
+
+#: Dense problems of assembled systems
+SYSTEMS = Ledger("dense problems of systems")
+solved = SYSTEMS.add

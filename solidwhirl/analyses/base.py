@@ -12,7 +12,7 @@ from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
-from solidwhirl.analyses.work import Work
+from solidwhirl.analyses.work import EngineSize, Work
 from solidwhirl.core.blocks import AnalysisBlock, Table
 from solidwhirl.core.fields import MOST, Count, FileName, Name, NotNegative, Place, Positive, Record
 from solidwhirl.core.outcome import OTHERS, Outcome, PageSection, Write
@@ -243,8 +243,8 @@ class Analysis(Record):
         """
         return tuple(f"{self.label}{suffix}" for suffix in self.suffixes)
 
-    def work(self, shafts: int) -> Work:
-        """Return how much it has to solve; `shafts`: different speeds at which bodies turn."""
+    def work(self, size: EngineSize) -> Work:
+        """Return how much it has to solve in an engine of a size."""
         return Work()
 
     def run(self, engine: Engine) -> Outcome:

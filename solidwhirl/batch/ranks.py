@@ -13,7 +13,8 @@ from typing import Any
 from solidwhirl.batch.case import ERROR_FILE, CaseSettings, follow_case, lead_case
 from solidwhirl.batch.run import Dispatch, Keep, Place, Work, predicted_costs
 from solidwhirl.batch.schedule import Layout, Predicted, team_layout
-from solidwhirl.core.machine import available_memory_gib, machine_speed
+from solidwhirl.core.machine import available_memory_gib
+from solidwhirl.cost.machine import this_machine
 from solidwhirl.sweep.records import BatchCase, BatchRow
 
 # A rank that failed waits so long for the others of its team to come out of the case [s].
@@ -45,7 +46,7 @@ def layout_of(world: Any, ranks_per_scene: int) -> Layout:
 def costs_on_ranks(work: Work, world: Any) -> dict[int, Predicted]:
     """Predict the cost of all cases to compute, each rank a part of them; all get all."""
     # of rank 0 for all: an order must not come from how busy the others are at the moment
-    machine = world.bcast(machine_speed() if world.rank == 0 else None)
+    machine = world.bcast(this_machine() if world.rank == 0 else None)
     own = predicted_costs(work, work.todo[world.rank :: world.size], machine)
     return {n: cost for part in world.allgather(own) for n, cost in part.items()}
 

@@ -27,7 +27,8 @@ from solidwhirl.batch.journal import (
 from solidwhirl.batch.schedule import Memory, Predicted, TimeToGo, largest_first, predicted_cost
 from solidwhirl.batch.table import TABLE, read_batch, write_table
 from solidwhirl.core.errors import OutputError
-from solidwhirl.core.machine import MachineSpeed, available_memory_gib, machine_speed
+from solidwhirl.core.machine import available_memory_gib
+from solidwhirl.cost.machine import Machine, this_machine
 from solidwhirl.files.run_folder import claimed, holder_of, verify_folder
 from solidwhirl.pipeline.cached_stages import open_store
 from solidwhirl.sweep.cases import batch_cases, case_scene
@@ -109,7 +110,7 @@ def run_batch(
         free = available_memory_gib() if memory_gib is None else memory_gib
         place = Place(executor=executor, workers=workers, shares={platform.node(): 1.0})
         with journal_of(work) as journal:
-            costs = predicted_costs(work, work.todo, machine_speed())
+            costs = predicted_costs(work, work.todo, this_machine())
             nodes = {platform.node(): free}
             Dispatch(work, costs, (place,), nodes, lambda row, to_go_s: journal.append(row)).run()
         return read_batch(settings.out)
@@ -197,9 +198,7 @@ def journal_of(work: Work) -> Iterator[Journal]:
         write_table(out)
 
 
-def predicted_costs(
-    work: Work, numbers: Sequence[int], machine: MachineSpeed
-) -> dict[int, Predicted]:
+def predicted_costs(work: Work, numbers: Sequence[int], machine: Machine) -> dict[int, Predicted]:
     """Predict the cost of some cases, by their index; no time for those that a run refuses."""
     settings, found = work.settings, {}
     for n in numbers:

@@ -6,10 +6,9 @@ from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from solidwhirl.console.schedule import run_steps
 from solidwhirl.core.errors import SceneError
-from solidwhirl.core.machine import MachineSpeed
 from solidwhirl.cost.forecast import forecast
+from solidwhirl.cost.machine import Machine
 from solidwhirl.model.bodies import build_bodies
 from solidwhirl.model.effects import make_plan
 from solidwhirl.model.mesh_bodies import build_mesh_bodies
@@ -51,22 +50,21 @@ class Layout:
         return self.first + team * self.ranks_per_team
 
 
-def predicted_cost(scene: Scene, machine: MachineSpeed) -> Predicted:
+def predicted_cost(scene: Scene, machine: Machine) -> Predicted:
     """Predict what a scene costs, with its analyses and as if nothing were kept.
 
     Where the scene leaves the level to the program it counts as harmonic: to try whether beams are
     enough takes as long as a small case.
 
-    `machine`: speed of the machine, the same for all cases that are compared. Raises ValueError:
+    `machine`: that they run on, the same for all cases that are compared. Raises ValueError:
     something that a run refuses as well.
     """
     level = "harmonic" if scene.model.level == "auto" else scene.model.level
     bodies, meshes = build_bodies(scene), build_mesh_bodies(scene)
     plan = make_plan(scene, bodies, level)
     found = forecast(scene, plan, {**bodies, **meshes}, machine=machine)
-    steps = [step.seconds for step in run_steps(plan, found, pictures=False)]
     return Predicted(
-        seconds=sum(steps, start=_AROUND_S),
+        seconds=found.seconds,
         peak_memory_gib=found.peak_memory_gib,
         least_memory_gib=max((c.peak_memory_gib for c in found.first.bodies.values()), default=0.0),
     )

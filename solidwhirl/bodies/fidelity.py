@@ -9,6 +9,7 @@ import numpy as np
 from solidwhirl.beams.error import beam_theory_error
 from solidwhirl.beams.profile import BeamLevelError
 from solidwhirl.beams.scene_bodies import BeamBodies, beam_bodies
+from solidwhirl.bodies.beams_tried import beams_are_tried
 from solidwhirl.bodies.refinement import asked_modes, sample_speeds
 from solidwhirl.geometry import Body
 from solidwhirl.model.effects import make_plan
@@ -16,11 +17,10 @@ from solidwhirl.model.plan_records import Plan
 from solidwhirl.model.system_parts import engine_of, simple_elements
 from solidwhirl.rotordyn import modes_at_speed
 from solidwhirl.scene.records import Scene
-from solidwhirl.scene_checks.recovery_references import meshes_for
 
-# Beams are looked at from this accuracy on, and taken if their estimate is that much better than
-# what is asked: the estimate of beam theory is a spread of models, not a bound.
-_COARSE_ENOUGH, _RESERVE = 5e-3, 0.5
+# Beams are taken if their estimate is that much better than what is asked: the estimate of beam
+# theory is a spread of models, not a bound.
+_RESERVE = 0.5
 
 # Makes the beam models of bodies, their variants with them.
 Beams = Callable[[Scene, Plan, Mapping[str, Body]], BeamBodies]
@@ -40,11 +40,7 @@ def chosen_level(scene: Scene, bodies: Mapping[str, Body], beams: Beams = _estim
     model = scene.model
     if model.level != "auto":
         return model.level
-    given = (model.order, model.size_m, model.corner_size_m, model.growth)
-    # beams can't be tried in an engine with meshes before these are reduced, and hold no stress
-    meshed = scene.mesh_bodies or meshes_for(scene) or any(b.features for b in bodies.values())
-    wanted = model.estimates == "on" and model.accuracy >= _COARSE_ENOUGH and not meshed
-    if bodies and wanted and given == (None,) * 4 and _beams_suffice(scene, bodies, beams):
+    if beams_are_tried(scene, bodies) and _beams_suffice(scene, bodies, beams):
         return "beam"
     return "harmonic"
 

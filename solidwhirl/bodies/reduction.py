@@ -5,13 +5,14 @@ from __future__ import annotations
 import time
 from collections import Counter
 from collections.abc import Mapping
+from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from solidwhirl.core.displays import indented
-from solidwhirl.core.reduction_work import ReductionWork
+from solidwhirl.core.reduction_work import BODIES, ReductionWork
 from solidwhirl.core.versions import package_versions
 from solidwhirl.geometry import Body, MassProperties, mass_properties, symmetry
 from solidwhirl.meshing import LocalSize, Mesh, MeshSize, mesh_meridian, mesh_revolved
@@ -21,7 +22,7 @@ from solidwhirl.meshing.own.joined import mesh_joined, without_copies
 from solidwhirl.model.mesh_bodies import made_mesh
 from solidwhirl.model.plan_records import BodyPlan, Plan
 from solidwhirl.rotordyn import Superelement
-from solidwhirl.rotordyn.core.ledger import counted
+from solidwhirl.rotordyn.core.ledger import SYSTEMS
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.speeds_asked import top_speed_text
 from solidwhirl.scene_reading.reader import scene_hash
@@ -38,11 +39,12 @@ _SPIN_SHARE = 0.05
 
 
 class Clock:
-    """Wall time by stage, and dense problems of the engine solved in it."""
+    """Wall time by stage, and what was solved in it of the engine and of bodies."""
 
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
         self.solved: dict[str, Counter[str]] = {}
+        self.of_bodies: dict[str, Counter[str]] = {}
 
     def stage(self, name: str) -> Clock:
         """Charge what follows to a stage."""
@@ -51,14 +53,18 @@ class Clock:
 
     def __enter__(self) -> None:
         self._start = time.perf_counter()
-        self._counting = counted()
-        self._solved = self._counting.__enter__()
+        self._counting = ExitStack()
+        self._found = [
+            (sums, self._counting.enter_context(ledger.counted()))
+            for sums, ledger in ((self.solved, SYSTEMS), (self.of_bodies, BODIES))
+        ]
 
     def __exit__(self, *_: object) -> None:
         spent = time.perf_counter() - self._start
-        self._counting.__exit__(None, None, None)
-        if self._solved:
-            self.solved.setdefault(self._name, Counter()).update(self._solved)
+        self._counting.close()
+        for sums, found in self._found:
+            if found:
+                sums.setdefault(self._name, Counter()).update(found)
         self.seconds[self._name] = self.seconds.get(self._name, 0.0) + spent
 
 

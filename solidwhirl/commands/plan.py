@@ -24,44 +24,55 @@ def plan(
 ) -> None:
     """Print what a scene calls for, what is left out, why, and what it costs.
 
-    Computes nothing: a second, whatever the scene.
+    Computes nothing: a second. Where the choice of the level has to try beams that takes some more
+    the first time; the choice is kept in the cache folder of the user.
     """
 
     def work() -> None:
-        from solidwhirl.bodies.fidelity import chosen_level
-        from solidwhirl.cost.forecast import forecast, forecast_document
+        from solidwhirl.cost.effects import effect_costs
+        from solidwhirl.cost.forecast import forecast
+        from solidwhirl.cost.machine import this_machine
         from solidwhirl.meshing.imported.records import AnyBody
         from solidwhirl.model.bodies import build_bodies
         from solidwhirl.model.effects import make_plan
         from solidwhirl.model.mesh_bodies import build_mesh_bodies
+        from solidwhirl.pipeline.level import planned_level
         from solidwhirl.plausibility.units import implausible
 
         chosen = chosen_scene(scene, level, accuracy)
         bodies = build_bodies(chosen)
         solids: dict[str, AnyBody] = {**bodies, **build_mesh_bodies(chosen)}
-        decided = make_plan(chosen, bodies, chosen_level(chosen, bodies))
+        decided = make_plan(chosen, bodies, planned_level(chosen, bodies))
         doubts = implausible(chosen, bodies)
-        expected = forecast(chosen, decided, solids) if solids else None
+        machine = this_machine()
+        expected = forecast(chosen, decided, solids, machine=machine)
+        effects = effect_costs(chosen, decided, solids, expected, machine)
         if as_json:
-            from solidwhirl.output.documents import plan_document
+            from solidwhirl.cost.tables import forecast_document
+            from solidwhirl.output.documents import costs_document, plan_document
 
             document: dict[str, Any] = {
                 "schema": "solidwhirl-plan-1",
                 "scene": chosen.name,
                 **plan_document(decided),
                 "doubts": [doubt.message for doubt in doubts],
-                "predicted_cost": forecast_document(expected) if expected else None,
+                "predicted_cost": {
+                    **forecast_document(expected),
+                    "calibrated": machine.calibrated,
+                    "parts": costs_document(decided, expected, effects),
+                },
             }
             print_document(document)
             return
-        from solidwhirl.output.report import cost_text, plan_text
+        from solidwhirl.output.plan_text import Costs, cost_text, plan_text
         from solidwhirl.scene.sweep import nominal_text
 
-        text = plan_text(decided, doubts)
+        text = plan_text(decided, doubts, Costs(expected, effects))
         if chosen.sweep is not None:
             text = f"{nominal_text(str(scene), chosen.sweep)}\n\n{text}"
-        if expected is not None:
-            text += "\n\n" + cost_text(expected)
+        text += "\n\n" + cost_text(expected)
+        if not machine.calibrated:
+            text += "\n\n`solidwhirl doctor --calibrate` makes it right for this machine, in 20 s."
         console = Console(width=None if sys.stdout.isatty() else 200)
         console.print(Markdown(text))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -14,14 +15,14 @@ if TYPE_CHECKING:  # loads the mesher
     from solidwhirl.cost.work import Cost
     from solidwhirl.model.plan_records import Plan
 
-# Seconds of stages that the forecast leaves out, on the machine that its laws were measured on.
-# They only share out the bar: what a stage really takes is measured as it runs.
-_ASSEMBLY_S, _ESTIMATES_S, _ANALYSIS_S = 0.05, 0.3, 0.4
-_NUMBERS_S, _PICTURES_S, _PICTURE_S = 0.2, 2.0, 0.4
-# How many predicted seconds have to be over before the measured speed counts for half.
-_PRIOR_S = 0.5
-# A stage that lasts longer than foreseen is taken to last this part of its time longer yet.
-_LONGER = 0.1
+# The measured speed counts for half when this part of all that is predicted is over, or so many
+# seconds: the first stages say little of the others.
+_PRIOR, _PRIOR_S = 0.25, 0.5
+# Of a stage this part is counted down second by second; the rest ever slower, and never to its end:
+# a stage that lasts longer than foreseen is not over.
+_EVEN = 0.7
+# Time to go may rise by this part above the least that was said.
+_RISE = 0.1
 
 
 def run_steps(plan: Plan, expected: Forecast, *, pictures: bool) -> tuple[Stage, ...]:
@@ -34,16 +35,22 @@ def run_steps(plan: Plan, expected: Forecast, *, pictures: bool) -> tuple[Stage,
             more = whole.get("import_solvers", 0.0)
             stages[k] = replace(stage, seconds=stage.seconds + more)
             break
-    diagram, critical = whole.get("campbell", 0.0), whole.get("critical_speeds", 0.0)
-    drawing = _PICTURES_S + _PICTURE_S * len(plan.analyses) if pictures else 0.0
+    written = expected.writing
+    drawing = written.pictures_s if pictures else 0.0
+    after = whole.get("checks", 0.0)
+    for cost in rounds[-1].bodies.values():  # theirs is part of their reduction
+        after -= cost.seconds.get("error_estimate", 0.0)
     return (
         *stages,
-        Stage(name=StageName.ASSEMBLY, seconds=_ASSEMBLY_S),
-        Stage(name=StageName.CAMPBELL, seconds=diagram),
-        Stage(name=StageName.CRITICAL_SPEEDS, seconds=critical),
-        Stage(name=StageName.ERROR_ESTIMATES, seconds=_ESTIMATES_S + diagram),
+        Stage(name=StageName.ASSEMBLY),
+        Stage(name=StageName.CAMPBELL, seconds=whole["campbell"]),
+        Stage(name=StageName.CRITICAL_SPEEDS, seconds=whole.get("critical_speeds", 0.0)),
+        Stage(
+            name=StageName.ERROR_ESTIMATES,
+            seconds=max(after + whole.get("error_estimate", 0.0), 0.0),
+        ),
         *(stage for name, _ in plan.analyses for stage in _analysis_stages(name, expected)),
-        Stage(name=StageName.WRITING, seconds=_NUMBERS_S + drawing),
+        Stage(name=StageName.WRITING, seconds=written.files_s + written.page_s + drawing),
     )
 
 
@@ -57,12 +64,11 @@ def _body_stages(plan: Plan, costs: Mapping[str, Cost]) -> Iterator[Stage]:
 
 
 def _analysis_stages(name: str, expected: Forecast) -> Iterator[Stage]:
-    spent = expected.analyses.get(name, _ANALYSIS_S)
-    yield Stage(name=StageName.ANALYSIS, body=name, seconds=spent)
-    for own in expected.nodal_diameters:
-        if own.analysis == name:
-            of_one = Stage(name=StageName.NODAL_DIAMETER, body=own.body, seconds=own.seconds)
-            yield from [of_one] * own.count
+    cost = expected.analyses[name]
+    own = cost.seconds - cost.parts * cost.part_s
+    yield Stage(name=StageName.ANALYSIS, body=name, seconds=own)
+    of_one = Stage(name=StageName.NODAL_DIAMETER, body=cost.body, seconds=cost.part_s)
+    yield from [of_one] * cost.parts
 
 
 class Schedule:
@@ -71,6 +77,8 @@ class Schedule:
     Stages that were foreseen and are skipped (kept from an earlier run, or not needed) count no
     more; one that was not foreseen is taken to last as long as it did when it came before. The
     times to come are multiplied by how much slower the stages were that are over than predicted.
+    The time to go never rises by more than a tenth: what turns out to be more than was said stands
+    until the time has caught up with it.
 
     `now`: clock [s].
     """
@@ -83,11 +91,15 @@ class Schedule:
         self._began = self._start
         self._over: dict[Stage, float] = {}
         self._predicted_s = self._measured_s = 0.0
+        self._prior_s = _PRIOR_S
+        self._least = math.inf
         self._share = 0.0
 
     def foresee(self, stages: Sequence[Stage]) -> None:
         """Say what comes, in its order."""
         self._coming = list(stages)
+        self._prior_s = max(_PRIOR_S, _PRIOR * sum(stage.seconds for stage in stages))
+        self._least = math.inf
 
     def begin(self, stage: Stage) -> tuple[Stage, float] | None:
         """Begin a stage, and give the one that is over by that with its time [s]."""
@@ -117,7 +129,7 @@ class Schedule:
     @property
     def slowness(self) -> float:
         """Measured over predicted time; 1 before anything was measured."""
-        return (self._measured_s + _PRIOR_S) / (self._predicted_s + _PRIOR_S)
+        return (self._measured_s + self._prior_s) / (self._predicted_s + self._prior_s)
 
     def to_go_s(self) -> float | None:
         """Time to go [s]; None while nothing is foreseen."""
@@ -125,8 +137,9 @@ class Schedule:
             return None
         left = self.slowness * sum(stage.seconds for stage in self._coming)
         if self._current is not None:
-            spent = self._now() - self._began
-            left += max(_LONGER * spent, self.slowness * self._current.seconds - spent)
+            left += _left_of(self.slowness * self._current.seconds, self._now() - self._began)
+        left = min(left, (1.0 + _RISE) * self._least)
+        self._least = min(self._least, left)
         return left
 
     def share(self) -> float:
@@ -136,3 +149,15 @@ class Schedule:
             spent = self._now() - self._start
             self._share = max(self._share, spent / (spent + left) if spent + left else 0.0)
         return self._share
+
+
+def _left_of(expected: float, spent: float) -> float:
+    """Time that a stage still takes [s], from what it was expected to take and has taken.
+
+    Second by second at first, then a hyperbola with the same slope, which never ends.
+    """
+    even = _EVEN * expected
+    rest = expected - even
+    if spent <= even or rest <= 0.0:
+        return max(expected - spent, 0.0)
+    return rest**2 / (rest + spent - even)

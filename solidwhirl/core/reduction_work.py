@@ -7,6 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from solidwhirl.rotordyn import Invariant
+from solidwhirl.rotordyn.core.ledger import Ledger
+
+#: Finite element matrices of bodies, their factors and eigenproblems
+BODIES = Ledger("problems of bodies")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

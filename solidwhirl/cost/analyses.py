@@ -1,36 +1,99 @@
-"""What the [[analyses]] of a scene will cost, from how much they have to solve."""
+"""What the [[analyses]] of a scene cost: of its engine, and those that reduce bodies again."""
 
 from __future__ import annotations
 
-from solidwhirl.core.machine import MachineSpeed
-from solidwhirl.cost import coefficients as measured
-from solidwhirl.cost.work import REFERENCE_MACHINE, engine_kind, exciters, spectrum_s
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from solidwhirl.analyses.base import Analysis
+from solidwhirl.analyses.kinds.nodal_diameters import NodalDiametersSpec
+from solidwhirl.analyses.recovery.analysis import RecoverySpec
+from solidwhirl.analyses.work import EngineSize
+from solidwhirl.cost import run_coefficients as measured
+from solidwhirl.cost.engine import memory_gib, seconds_of
+from solidwhirl.cost.machine import REFERENCE, Machine
+from solidwhirl.cost.work import Cost
 from solidwhirl.model.plan_records import Plan
 from solidwhirl.scene.records import Scene
+from solidwhirl.scene_checks.recovery_references import sectors_of
+
+_UNKNOWNS = 1e5
+_SECTORS = 32.0
+# Values of a field at each unknown: displacements, stresses, and what they are made of.
+_FIELDS = 20.0
+_GIB = 1024.0**3
 
 
-def analyses_s(
-    scene: Scene, plan: Plan, coordinates: int, machine: MachineSpeed = REFERENCE_MACHINE
-) -> dict[str, float]:
-    """Predict the processor seconds of each analysis by its name, without those that cost nothing.
+@dataclass(frozen=True, kw_only=True)
+class AnalysisCost:
+    """Processor seconds of an analysis, and its memory beside the program [GiB].
 
-    `coordinates`: of the engine. Each kind says what it has to solve (`Analysis.work`).
+    `body`, `parts`: the body that it reduces again, and in how many parts, each `part_s` long.
     """
-    factor = 1.0 / machine.relative_to(REFERENCE_MACHINE)
-    kind, shafts = engine_kind(plan, scene), exciters(plan, scene)
-    out = {}
-    for spec in scene.analyses:
-        work = spec.work(shafts)
-        seconds = work.spectra * spectrum_s(kind, coordinates) + sum(
-            count * _each_s(name, coordinates)
-            for name, count in work._asdict().items()
-            if name in measured.DENSE
-        )
-        if seconds:
-            out[spec.label] = factor * seconds
-    return out
+
+    seconds: float
+    memory_gib: float
+    body: str = ""
+    parts: int = 0
+    part_s: float = 0.0
 
 
-def _each_s(name: str, coordinates: int) -> float:
-    once, grows, power = measured.DENSE[name]
-    return float(once + grows * (coordinates / 100.0) ** power)
+def analysis_costs(
+    scene: Scene,
+    plan: Plan,
+    size: EngineSize,
+    bodies: Mapping[str, Cost],
+    machine: Machine = REFERENCE,
+) -> dict[str, AnalysisCost]:
+    """Predict what each analysis costs, by its name; `bodies`: cost of each in its last round."""
+
+    def cost(spec: Analysis) -> AnalysisCost:
+        if isinstance(spec, NodalDiametersSpec):
+            return _nodal_diameters(scene, plan, spec, bodies[spec.body])
+        if isinstance(spec, RecoverySpec):
+            return _recovery(spec, bodies, machine)
+        work = spec.work(size)
+        spent = machine.factor("dense") * seconds_of(work, size)
+        return AnalysisCost(seconds=spent, memory_gib=memory_gib(work, size))
+
+    return {spec.label: cost(spec) for spec in scene.analyses}
+
+
+def reduced_s(body: Cost) -> float:
+    """Seconds of a reduction alone, without mesh and estimates."""
+    left_out = ("meshing", "error_estimate")
+    return body.total_s - sum(body.seconds.get(stage, 0.0) for stage in left_out)
+
+
+def _nodal_diameters(
+    scene: Scene, plan: Plan, spec: NodalDiametersSpec, body: Cost
+) -> AnalysisCost:
+    """Every nodal diameter costs about what a circumferential order of its body does."""
+    count = len(spec.indices(sectors_of(scene, spec.body))[0])
+    order = (body.total_s - body.seconds.get("meshing", 0.0)) / len(
+        plan.bodies[spec.body].solved_orders
+    )
+    each = measured.NODAL_DIAMETER * order
+    return AnalysisCost(
+        seconds=count * each,
+        memory_gib=body.peak_memory_gib,
+        body=spec.body,
+        parts=count,
+        part_s=each,
+    )
+
+
+def _recovery(spec: RecoverySpec, bodies: Mapping[str, Cost], machine: Machine) -> AnalysisCost:
+    """The last reduction of each body once more, and fields of the states around the axis."""
+    around = len(spec.states) * spec.sectors / _SECTORS
+    seconds = memory = 0.0
+    for name in spec.bodies:
+        fields = machine.factor("meridian") * around * fields_s(bodies[name])
+        seconds += reduced_s(bodies[name]) + fields
+        memory = max(memory, 8.0 * _FIELDS * spec.sectors * bodies[name].unknowns / _GIB)
+    return AnalysisCost(seconds=seconds, memory_gib=memory)
+
+
+def fields_s(body: Cost) -> float:
+    """Seconds of the fields of one state, at 32 places around the axis."""
+    return measured.FIELDS_S * body.unknowns / _UNKNOWNS

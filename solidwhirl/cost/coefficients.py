@@ -7,8 +7,8 @@ MACHINE = "AMD EPYC, 2 cores, 24 GiB, one thread"
 GFLOPS, GBYTES_PER_S = 43.5, 46.13
 #: Largest number of unknowns measured, by level; beyond it the laws are extrapolated.
 LARGEST = {"harmonic": 62451, "revolved": 60736, "solid": 166995}
-#: Seconds to import the solvers and memory of the program with them [GiB].
-IMPORT_S, BASE_GIB = 0.7088, 0.142
+#: Memory of the program with its solvers [GiB].
+BASE_GIB = 0.142
 #: "level.order.stage": seconds at 1e5 unknowns and 10 columns, powers of unknowns and columns.
 LAWS: dict[str, tuple[float, float, float]] = {
     "harmonic.2.assembly": (0.2018, 0.95, 0),
@@ -69,21 +69,4 @@ MEMORY: dict[str, tuple[float, float, float]] = {
     "revolved.3.estimate": (2.164, 1, 33.67),
     "revolved.3.reduction": (0.6455, 1, 22.61),
     "solid.2.reduction": (0.4356, 1.1, 26.03),
-}
-#: Seconds a + c (n/100)³: a speed of the Campbell diagram, and all critical speeds.
-ENGINE: dict[str, tuple[float, float]] = {
-    "campbell.even": (0.002247, 0.0009895),
-    "critical_speeds.even": (0.002085, 0.0009457),
-    "campbell.uneven": (0.002407, 0.001403),
-    "critical_speeds.uneven": (0.001999, 0.002892),
-    "campbell.asymmetric": (0.2, 0.9),
-    "critical_speeds.asymmetric": (0.0, 0.0),
-    "campbell.damped": (0.005875, 0.01101),
-    "critical_speeds.damped": (0.25, 0.1),
-}
-#: Seconds a + c (n/100)^p of one: a system of equations, a step in time, and a result, of analyses.
-DENSE: dict[str, tuple[float, float, float]] = {
-    "solves": (3e-05, 0.0001, 3.0),
-    "steps": (1e-06, 2.5e-06, 2.0),
-    "results": (0.0006, 0.0006, 1.0),
 }

@@ -2,105 +2,87 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
-from typing import Any
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from solidwhirl.analyses.kinds.nodal_diameters import NodalDiametersSpec
-from solidwhirl.beams.body import MODES
 from solidwhirl.bodies.reduction import BodyResult, Discretisation, first_discretisation
-from solidwhirl.core.machine import (
-    MachineSpeed,
-    available_memory_gib,
-    machine_speed,
-    resident_memory_gib,
-)
-from solidwhirl.cost.analyses import analyses_s
+from solidwhirl.core.machine import available_memory_gib, resident_memory_gib
+from solidwhirl.cost.analyses import AnalysisCost, analysis_costs
+from solidwhirl.cost.around import Writing, start_s, writing
 from solidwhirl.cost.coefficients import BASE_GIB
+from solidwhirl.cost.engine import engine_size
+from solidwhirl.cost.machine import Machine, this_machine
 from solidwhirl.cost.memory import refuse_what_does_not_fit, with_chosen_solvers
-from solidwhirl.cost.work import Cost, RunCost, predict_body_cost, predict_cost
+from solidwhirl.cost.work import RunCost, mesh_kind, predict_body_cost, predict_cost
 from solidwhirl.geometry import Body
 from solidwhirl.meshing.imported.records import AnyBody, MeshedBody, is_asymmetric
-from solidwhirl.meshing.own.prediction import PredictedMesh, predict_refined, predict_revolved
-from solidwhirl.model.plan_records import Plan
+from solidwhirl.meshing.own.prediction import (
+    PredictedMesh,
+    predict_mesh,
+    predict_refined,
+    predict_revolved,
+)
+from solidwhirl.model.plan_records import BodyPlan, Plan
 from solidwhirl.model.resolution import choose_resolution
 from solidwhirl.scene.records import Scene
-from solidwhirl.scene_checks.recovery_references import sectors_of
 
-_HEAD = ("what", "unknowns", "predicted s", "predicted GiB")
-_LABELS = {
-    "import_solvers": "import of the solvers",
-    "meshing": "mesh",
-    "campbell": "Campbell diagram",
-}
-_SHARED = ("import_solvers", "campbell", "critical_speeds")
-
-
-@dataclass(frozen=True, kw_only=True)
-class NodalDiameterCost:
-    """Processor time of each of the nodal diameters of a body that an analysis reduces."""
-
-    analysis: str
-    body: str
-    count: int
-    seconds: float
+# A round that is foreseen to have hardly more unknowns than the first one is not made.
+_GROWTH = 1.25
+# First meshes are better than their rule expects by such factors, by the order of their elements;
+# where that is enough there is one round (measured: bench/forecast.py).
+_BETTER, _LOWEST = {2: 2.0, 3: 10.0}, 2
+# Meshes of elements of order 2 become larger by these factors at least, once they are refined
+# (measured: bench/forecast.py).
+_REFINED = {"harmonic": 2.0, "revolved": 3.0, "solid": 4.0}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Forecast:
-    """Predicted cost of a run on this machine, without pictures and files.
+    """Predicted cost of a run on this machine.
 
     `first`: with the meshes it begins with; `last`: with meshes of the rule for the accuracy asked,
     where meshes follow their estimates: a round like it comes after the first; None where the first
-    is all. `nodal_diameters`: the [[analyses]] that cost as much as bodies do; `analyses`: seconds
-    of each of the others by its name.
+    is all. `analyses`: of the [[analyses]], by their names; `start_s`: until the level of the
+    bodies is known; `writing`: of files, page and pictures.
     """
 
     first: RunCost
     last: RunCost | None
-    nodal_diameters: tuple[NodalDiameterCost, ...] = ()
-    analyses: Mapping[str, float] = field(default_factory=dict)
+    analyses: Mapping[str, AnalysisCost]
+    start_s: float
+    writing: Writing
 
     @property
     def seconds(self) -> float:
-        """Processor time of all rounds; the engine is analysed after the last one only."""
-        analyses = sum(self.of_analyses.values())
-        if self.last is None:
-            return self.first.whole.total_s + analyses
-        again = sum(cost.total_s for cost in self.first.bodies.values())
-        return self.last.whole.total_s + again + analyses
+        """Processor time of the whole run, without pictures on paper.
 
-    @property
-    def of_analyses(self) -> dict[str, float]:
-        """Processor seconds of all [[analyses]] by their names."""
-        diameters = {one.analysis: one.count * one.seconds for one in self.nodal_diameters}
-        return {**self.analyses, **diameters}
+        The engine is analysed after the last round only.
+        """
+        around = self.start_s + self.writing.files_s + self.writing.page_s
+        rounds = (self.last or self.first).whole.total_s
+        if self.last is not None:
+            rounds += sum(cost.total_s for cost in self.first.bodies.values())
+        return around + rounds + sum(cost.seconds for cost in self.analyses.values())
 
     @property
     def peak_memory_gib(self) -> float:
-        """Of the largest round."""
+        """Of the largest round, or the largest analysis after it."""
         both = (self.first, self.last or self.first)
-        return max(cost.whole.peak_memory_gib for cost in both)
+        rounds = max(cost.whole.peak_memory_gib for cost in both)
+        largest = max((cost.memory_gib for cost in self.analyses.values()), default=0.0)
+        return max(rounds, BASE_GIB + largest)
+
+    @property
+    def extrapolated(self) -> bool:
+        """Whether a mesh is larger than what was measured."""
+        return (self.last or self.first).whole.extrapolated
 
     @property
     def unknowns(self) -> int:
         """Of the last round."""
         return (self.last or self.first).whole.unknowns
-
-    def rows(self) -> tuple[tuple[str, str, str, str], ...]:
-        """Table rows as text, head first."""
-        analyses = [(f"analysis {n}", "", _seconds(s), "") for n, s in self.of_analyses.items()]
-        if self.last is None:
-            whole = [("all and analyses", "", _seconds(self.seconds), "")] if analyses else []
-            return (*cost_rows(self.first), *analyses, *whole)
-        total = ("all rounds", "", f"{self.seconds:.2g}", f"{self.peak_memory_gib:.2g}")
-        first = [
-            (f"first round: {name}", str(cost.unknowns), f"{cost.total_s:.2g}", "")
-            for name, cost in self.first.bodies.items()
-        ]
-        return (*cost_rows(self.last), *analyses, *first, total)
 
 
 def forecast(
@@ -108,50 +90,59 @@ def forecast(
     plan: Plan,
     bodies: Mapping[str, Body | MeshedBody],
     *,
-    machine: MachineSpeed | None = None,
+    machine: Machine | None = None,
 ) -> Forecast:
     """Predict the cost of a run."""
-    machine = machine or machine_speed()
+    machine = machine or this_machine()
     modes, estimated = _modes(scene, plan, bodies), scene.model.estimates == "on"
     plan = _solvers_chosen(scene, plan, bodies)
     first = predict_cost(plan, scene, bodies, modes=modes, estimates=estimated, machine=machine)
-    rule = scene.model.model_copy(update={"estimates": "off"})
-    finer = {}
-    for name, own in plan.bodies.items():
-        if own.resolution is not None and own.resolution.is_adapted:
-            body = bodies[name]
-            assert isinstance(body, Body)  # given meshes are not adapted
-            wanted = choose_resolution(body, own.level, rule)
-            if wanted.size.corner_size_m < own.resolution.size.corner_size_m:
-                resolution = replace(wanted, degree=own.resolution.degree)
-                finer[name] = replace(own, resolution=resolution)
+    finer, meshes = _finer(scene, plan, bodies)
     last = None
     if finer:
         later = replace(plan, bodies={**plan.bodies, **finer})
-        last = predict_cost(later, scene, bodies, modes=modes, estimates=estimated, machine=machine)
-    of_diameters = tuple(_of_nodal_diameters(scene, plan, (last or first).bodies))
-    coordinates = (last or first).whole.coordinates
+        last = predict_cost(
+            later, scene, bodies, modes=modes, estimates=estimated, machine=machine, meshes=meshes
+        )
+    if last is not None and last.whole.unknowns < _GROWTH * first.whole.unknowns:
+        last = None
+    whole = (last or first).whole
+    size = engine_size(plan, scene, whole.coordinates)
     return Forecast(
         first=first,
         last=last,
-        nodal_diameters=of_diameters,
-        analyses=analyses_s(scene, plan, coordinates, machine),
+        analyses=analysis_costs(scene, plan, size, (last or first).bodies, machine),
+        start_s=start_s(scene, bodies, machine),
+        writing=writing(scene, plan, whole.unknowns, machine),
     )
 
 
-def _of_nodal_diameters(
-    scene: Scene, plan: Plan, costs: Mapping[str, Cost]
-) -> Iterator[NodalDiameterCost]:
-    """Every nodal diameter costs about what a circumferential order of its body does."""
-    for spec in scene.analyses:
-        if isinstance(spec, NodalDiametersSpec):
-            cost, orders = costs[spec.body], len(plan.bodies[spec.body].solved_orders)
-            yield NodalDiameterCost(
-                analysis=spec.label,
-                body=spec.body,
-                count=len(spec.indices(sectors_of(scene, spec.body))[0]),
-                seconds=(cost.total_s - cost.seconds.get("meshing", 0.0)) / orders,
-            )
+def _finer(
+    scene: Scene, plan: Plan, bodies: Mapping[str, Body | MeshedBody]
+) -> tuple[dict[str, BodyPlan], dict[str, PredictedMesh]]:
+    """Plans of the bodies that are refined, with sizes of the rule for the accuracy; their meshes.
+
+    The order of the elements stays that of the first mesh.
+    """
+    rule = scene.model.model_copy(update={"estimates": "off"})
+    plans, meshes = {}, {}
+    for name, own in plan.bodies.items():
+        first, body = own.resolution, bodies[name]
+        if first is None or not first.is_adapted:
+            continue
+        assert isinstance(body, Body)  # given meshes are not adapted
+        wanted = choose_resolution(body, own.level, rule)
+        is_coarse = wanted.size.corner_size_m < first.size.corner_size_m
+        better = _BETTER.get(first.degree, 1.0)
+        if not is_coarse or first.expected_error <= better * scene.model.accuracy:
+            continue
+        plans[name] = replace(own, resolution=replace(wanted, degree=first.degree))
+        kind = mesh_kind(body, own)
+        before, after = (predict_mesh(body, r.size, kind) for r in (first, wanted))
+        growth = after.unknowns(first.degree) / before.unknowns(first.degree)
+        least = _REFINED[kind] if first.degree == _LOWEST else 1.0
+        meshes[name] = after.times(max(least / growth, 1.0))
+    return plans, meshes
 
 
 def refuse_too_large(
@@ -182,7 +173,7 @@ def shortage_of(
     progress: Callable[[str], None] = lambda text: None,
 ) -> Callable[[Mapping[str, Discretisation], Mapping[str, BodyResult]], str]:
     """Return what `solidwhirl.bodies.refinement.rounds_of` asks before every round."""
-    machine = machine_speed()
+    machine = this_machine()
 
     def shortage(todo: Mapping[str, Discretisation], reduced: Mapping[str, BodyResult]) -> str:
         costs = [
@@ -219,17 +210,6 @@ def _refined(body: AnyBody, level: str, chosen: Discretisation) -> PredictedMesh
     return mesh if level == "harmonic" or mesh.dimension == 3 else predict_revolved(mesh)
 
 
-def forecast_document(found: Forecast) -> dict[str, Any]:
-    """The forecast as plain data."""
-    return {
-        "cpu_s": found.seconds,
-        "analyses_cpu_s": found.of_analyses,
-        "peak_memory_gib": found.peak_memory_gib,
-        "unknowns": found.unknowns,
-        "extrapolated": (found.last or found.first).whole.extrapolated,
-    }
-
-
 def _solvers_chosen(scene: Scene, plan: Plan, bodies: Mapping[str, Body | MeshedBody]) -> Plan:
     """The plan with the solvers that the memory leaves."""
     if all(plan.bodies[name].solver != "auto" for name in bodies):
@@ -245,49 +225,11 @@ def _solvers_chosen(scene: Scene, plan: Plan, bodies: Mapping[str, Body | Meshed
 
 
 def _modes(scene: Scene, plan: Plan, bodies: Mapping[str, Body | MeshedBody]) -> dict[str, int]:
-    return {
-        name: MODES
-        if plan.bodies[name].level == "beam"
-        else first_discretisation(scene, plan, name).modes
-        for name in bodies
-    }
+    def modes(name: str) -> int:
+        if plan.bodies[name].level != "beam":
+            return first_discretisation(scene, plan, name).modes
+        from solidwhirl.beams.body import MODES  # loads all that makes beams
 
+        return MODES
 
-def cost_rows(cost: RunCost) -> tuple[tuple[str, str, str, str], ...]:
-    """Rows (what, unknowns, predicted s, predicted GiB) as text, the first one is the head.
-
-    Per body one row and one for each of its stages, then what the bodies share, then all. Numbers
-    that were extrapolated have "(extrapolated)" after the unknowns.
-    """
-    rows = [_HEAD]
-    for name, body in cost.bodies.items():
-        rows.append(_row(name, body, body.total_s))
-        rows += [
-            (f"  {_label(stage)}", "", _seconds(spent), "") for stage, spent in body.seconds.items()
-        ]
-    for stage in _SHARED:
-        if cost.whole.seconds.get(stage):
-            size = "" if stage == "import_solvers" else f"{cost.whole.coordinates} coordinates"
-            rows.append((_label(stage), size, _seconds(cost.whole.seconds[stage]), ""))
-    # what bodies are compared with belongs to all of them
-    own = sum(body.seconds.get("error_estimate", 0.0) for body in cost.bodies.values())
-    shared = cost.whole.seconds.get("error_estimate", 0.0) - own
-    if shared > 0.0:
-        rows.append(("other models", "", _seconds(shared), ""))
-    rows.append(_row("all", cost.whole, cost.whole.total_s))
-    return tuple(rows)
-
-
-def _label(stage: str) -> str:
-    return _LABELS.get(stage, stage.replace("_", " "))
-
-
-def _row(what: str, cost: Cost, seconds: float) -> tuple[str, str, str, str]:
-    unknowns = f"{cost.unknowns:.3g}" if cost.unknowns >= 1e6 else f"{cost.unknowns}"
-    if cost.extrapolated:
-        unknowns += " (extrapolated)"
-    return what, unknowns, _seconds(seconds), f"{cost.peak_memory_gib:.2g}"
-
-
-def _seconds(value: float) -> str:
-    return f"{value:.2g}" if value < 100.0 else f"{value:.0f}"
+    return {name: modes(name) for name in bodies}

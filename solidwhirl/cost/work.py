@@ -1,33 +1,32 @@
 """What a run will cost in unknowns, time and memory, from its plan alone.
 
 The mesh is predicted from the element sizes (`meshing.own.prediction`), the time of every
-stage from power laws of the unknowns that bench/scaling.py measures. Times are processor seconds of
-one process; another machine is faster or slower by one factor (`solidwhirl.core.machine`).
+stage from power laws of the unknowns that bench/scaling.py measures, and from what the engine has
+to solve (`solidwhirl.cost.engine`). Times are processor seconds of one process; another machine is
+faster or slower by a factor for each kind of work (`solidwhirl.cost.machine`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
-
-import numpy as np
+from dataclasses import dataclass
 
 from solidwhirl.core.errors import UserError
-from solidwhirl.core.machine import MachineSpeed
 from solidwhirl.cost import coefficients as measured
+from solidwhirl.cost import run_coefficients as of_runs
+from solidwhirl.cost.engine import engine_size, seconds_of, simple_coordinates, stage_works
+from solidwhirl.cost.machine import REFERENCE, Machine
 from solidwhirl.cost.solver_coefficients import LARGEST, MODES, SOLVERS
 from solidwhirl.geometry import Body
 from solidwhirl.meshing.imported.records import MeshedBody
 from solidwhirl.meshing.own.prediction import MeshKind, PredictedMesh, predict_mesh
-from solidwhirl.model.imported_bodies import imported_element
 from solidwhirl.model.plan_records import BodyPlan, Plan
 from solidwhirl.model.resolution import Resolution
 from solidwhirl.scene.records import Scene
 
-#: The machine that the coefficients were measured on.
-REFERENCE_MACHINE = MachineSpeed(gflops=measured.GFLOPS, gbytes_per_s=measured.GBYTES_PER_S)
 #: Stages in the order of a run.
 STAGES = (
+    "start",
     "import_solvers",
     "meshing",
     "assembly",
@@ -35,20 +34,20 @@ STAGES = (
     "static_solutions",
     "eigensolutions",
     "projection",
+    "around",
     "error_estimate",
     "campbell",
     "critical_speeds",
+    "checks",
 )
-_UNKNOWNS, _COLUMNS, _COORDINATES = 1e5, 10.0, 100.0
+_UNKNOWNS, _COLUMNS = 1e5, 10.0
 _AXIAL = ("uz", "rz")
 # What each circumferential order leaves in memory while the next one is solved.
 _KEPT = 0.5
 # Beams: some milliseconds, whatever they are, and making their variants.
 _BEAM_S, _BEAM_VARIANTS_S = 0.02, 0.4
-# Speeds that a diagram looks at beyond those asked for: meetings, beginnings, rest.
-_LOOKED_AT = 10
-# Diagrams of other models that estimates compare with: those of the coupling, and of beams.
-_COUPLINGS, _VARIANTS = 2, 7
+# Diagrams of other models that estimates of beams compare with.
+_VARIANTS = 7
 
 
 class CostError(UserError):
@@ -82,7 +81,8 @@ class Cost:
 class RunCost:
     """Predicted cost of a scene: of each body, without what they share, and of the whole.
 
-    The whole is everything but the [[analyses]], whose cost their own settings decide.
+    The whole is everything from the import of the solvers to the checks of the engine, without the
+    [[analyses]], whose cost their own settings decide.
     """
 
     bodies: Mapping[str, Cost]
@@ -95,7 +95,7 @@ def predict_body_cost(
     *,
     modes: int,
     estimates: bool = False,
-    machine: MachineSpeed = REFERENCE_MACHINE,
+    machine: Machine = REFERENCE,
     mesh: PredictedMesh | None = None,
 ) -> Cost:
     """Predict what meshing and reducing one body costs.
@@ -108,18 +108,20 @@ def predict_body_cost(
     """
     if plan.level == "beam" and isinstance(body, Body):
         return _beam_cost(body, plan, modes)
-    kind = _mesh_kind(body, plan)
+    kind = mesh_kind(body, plan)
     if isinstance(body, MeshedBody):
         mesh = body.expected
     elif mesh is None:
         mesh = predict_mesh(body, resolution_of(plan).size, kind)
     problems = [_problem(plan, order, modes) for order in plan.solved_orders]
-    factor = 1.0 / machine.relative_to(REFERENCE_MACHINE)
+    once, times = of_runs.BODIES[body_kind(kind, plan)]
+    factor = machine.factor("meridian" if kind == "harmonic" else "solid")
     given = isinstance(body, MeshedBody) and body.request.step is None
-    seconds = {} if given else {"meshing": _meshing_s(kind, mesh)}
+    seconds = {} if given else {"meshing": of_runs.MESHES * _meshing_s(kind, mesh)}
     for problem in problems:
         for stage, spent in _problem_s(kind, plan, mesh, problem, estimates).items():
-            seconds[stage] = seconds.get(stage, 0.0) + spent
+            seconds[stage] = seconds.get(stage, 0.0) + times * spent
+    seconds["around"] = once
     solved = mesh.unknowns(resolution_of(plan).degree)
     return Cost(
         unknowns=sum(p.families for p in problems) * solved,
@@ -139,43 +141,44 @@ def predict_cost(
     *,
     modes: Mapping[str, int],
     estimates: bool = False,
-    machine: MachineSpeed = REFERENCE_MACHINE,
+    machine: Machine = REFERENCE,
+    meshes: Mapping[str, PredictedMesh] | None = None,
 ) -> RunCost:
-    """Predict what a scene costs, from its plan; `modes`: fixed-interface modes of each solid."""
+    """Predict what a scene costs, from its plan.
+
+    `modes`: fixed-interface modes of each solid; `meshes`: of bodies that have another one than
+    their plan says.
+    """
     costs = {
         name: predict_body_cost(
-            body, plan.bodies[name], modes=modes[name], estimates=estimates, machine=machine
+            body,
+            plan.bodies[name],
+            modes=modes[name],
+            estimates=estimates,
+            machine=machine,
+            mesh=(meshes or {}).get(name),
         )
         for name, body in bodies.items()
     }
-    whole = _whole(plan, scene, costs, machine)
-    if estimates:
-        spent = whole.seconds.get("error_estimate", 0.0)
-        diagrams = _COUPLINGS if scene.model.compare_coupling == "on" else 0
-        if any(plan.bodies[name].level == "beam" for name in bodies):
-            spent += _BEAM_VARIANTS_S / machine.relative_to(REFERENCE_MACHINE)
-            diagrams += _VARIANTS
-        spent += diagrams * whole.seconds["campbell"]
-        whole = replace(whole, seconds={**whole.seconds, "error_estimate": spent})
-    return RunCost(bodies=costs, whole=whole)
+    return RunCost(bodies=costs, whole=_whole(plan, scene, costs, machine, estimates))
 
 
-def _whole(plan: Plan, scene: Scene, costs: Mapping[str, Cost], machine: MachineSpeed) -> Cost:
+def _whole(
+    plan: Plan, scene: Scene, costs: Mapping[str, Cost], machine: Machine, estimates: bool
+) -> Cost:
     """Sum of the bodies, the solvers' import and what the assembled engine costs."""
-    factor = 1.0 / machine.relative_to(REFERENCE_MACHINE)
-    coordinates = sum(c.coordinates for c in costs.values()) + _simple_coordinates(plan, scene)
+    coordinates = sum(c.coordinates for c in costs.values()) + simple_coordinates(plan, scene)
+    size, dense = engine_size(plan, scene, coordinates), machine.factor("dense")
     solids = any(plan.bodies[name].level != "beam" for name in costs)
-    seconds = {"import_solvers": factor * measured.IMPORT_S if solids else 0.0}
+    seconds = {"import_solvers": machine.factor("start") * of_runs.SOLVERS_S if solids else 0.0}
     for cost in costs.values():
         for stage, spent in cost.seconds.items():
             seconds[stage] = seconds.get(stage, 0.0) + spent
-    kind = engine_kind(plan, scene)
-    per_speed = spectrum_s(kind, coordinates)
-    seconds["campbell"] = factor * (len(plan.speeds_rad_s) + _LOOKED_AT) * per_speed
-    searched = "damped" if plan.on("speed_dependent_bearings") else kind
-    seconds["critical_speeds"] = (
-        factor * exciters(plan, scene) * _cubic(f"critical_speeds.{searched}", coordinates)
-    )
+    for stage, work in stage_works(plan, size, estimates).items():
+        seconds[stage] = seconds.get(stage, 0.0) + dense * seconds_of(work, size)
+    if estimates:
+        compared = _compared_s(plan, seconds["campbell"], machine)
+        seconds["error_estimate"] = seconds.get("error_estimate", 0.0) + compared
     return Cost(
         unknowns=sum(c.unknowns for c in costs.values()),
         coordinates=coordinates,
@@ -186,6 +189,15 @@ def _whole(plan: Plan, scene: Scene, costs: Mapping[str, Cost], machine: Machine
     )
 
 
+def _compared_s(plan: Plan, diagram_s: float, machine: Machine) -> float:
+    """Seconds of the other models that estimates compare with; `diagram_s`: of one diagram."""
+    beams = any(own.level == "beam" for own in plan.bodies.values())
+    spent = machine.factor("dense") * _BEAM_VARIANTS_S + _VARIANTS * diagram_s if beams else 0.0
+    if plan.on("coupling_comparison"):
+        spent += machine.factor("meridian") * of_runs.COMPARED_S * len(plan.bodies)
+    return spent
+
+
 def resolution_of(plan: BodyPlan) -> Resolution:
     """Return the mesh and element order of a body that has a mesh; CostError for a beam."""
     if plan.resolution is None:
@@ -193,11 +205,21 @@ def resolution_of(plan: BodyPlan) -> Resolution:
     return plan.resolution
 
 
-def _mesh_kind(body: Body | MeshedBody, plan: BodyPlan) -> MeshKind:
+def mesh_kind(body: Body | MeshedBody, plan: BodyPlan) -> MeshKind:
     """Kind of mesh, by which the laws of the cost differ."""
     if plan.level == "harmonic":
         return "harmonic"
-    return "solid" if isinstance(body, MeshedBody) or body.features else "revolved"
+    is_whole = isinstance(body, MeshedBody) or body.features or plan.shape == "asymmetric"
+    return "solid" if is_whole else "revolved"
+
+
+def body_kind(kind: MeshKind, plan: BodyPlan) -> str:
+    """Key of a body in `run_coefficients.BODIES`; of a solid by what of it is meshed."""
+    if kind != "solid":
+        return kind
+    if None not in plan.solved_orders:
+        return "sector"
+    return "asymmetric" if plan.shape == "asymmetric" else "whole"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -353,47 +375,3 @@ def _beam_cost(body: Body, plan: BodyPlan, modes: int) -> Cost:
         peak_memory_gib=measured.BASE_GIB,
         extrapolated=False,
     )
-
-
-def spectrum_s(kind: str, coordinates: int) -> float:
-    """Seconds of all modes of the engine at one speed on the reference machine.
-
-    `kind`: of eigenproblem, from `engine_kind`.
-    """
-    return _cubic(f"campbell.{kind}", coordinates)
-
-
-def _cubic(name: str, coordinates: int) -> float:
-    """Seconds of dense linear algebra on the engine's coordinates."""
-    once, cubic = measured.ENGINE[name]
-    return once + cubic * (coordinates / _COORDINATES) ** 3
-
-
-def _simple_coordinates(plan: Plan, scene: Scene) -> int:
-    """Coordinates of beams, rigid and imported bodies, at most."""
-    out = 6 * len(scene.rigid_bodies)
-    for name, spec in scene.beams.items():
-        carried = {m for place in spec.interfaces for m in plan.carried[f"{name}.{place}"]}
-        nodes = len({*spec.stations_m, *spec.interfaces.values(), *(d.at_m for d in spec.disks)})
-        out += nodes * len({"ux", "uy", "rx", "ry", *carried})
-    return out + sum(imported_element(name, s).size for name, s in scene.imported.items())
-
-
-def engine_kind(plan: Plan, scene: Scene) -> str:
-    """Kind of eigenproblem, with isotropic ("even") or other supports where nothing is damped."""
-    if plan.on("asymmetry"):
-        return "asymmetric"
-    if plan.on("bearing_damping") or plan.on("internal_damping"):
-        return "damped"
-    isotropic = not scene.imported and not plan.on("speed_dependent_bearings")
-    for bearing in scene.bearings:
-        (xx, xy), (yx, yy) = bearing.stiffness_n_per_m
-        isotropic = isotropic and xx == yy and xy == -yx
-    return "even" if isotropic else "uneven"
-
-
-def exciters(plan: Plan, scene: Scene) -> int:
-    """Different speeds at which unbalances turn."""
-    if float(np.max(plan.speeds_rad_s)) == 0.0:
-        return 0
-    return len({abs(ratio) for ratio in scene.speed_ratios().values() if ratio})

@@ -19,7 +19,9 @@ from solidwhirl.core.outcome import is_picture
 from solidwhirl.core.plain_data import plain_data
 from solidwhirl.core.stages import silent
 from solidwhirl.core.versions import package_versions
-from solidwhirl.cost.forecast import forecast_document
+from solidwhirl.cost.effects import EffectCost
+from solidwhirl.cost.forecast import Forecast
+from solidwhirl.cost.tables import forecast_document
 from solidwhirl.estimates.documents import (
     Unestimated,
     accuracy_document,
@@ -101,6 +103,7 @@ def results_document(results: Results) -> dict[str, Any]:
         "predicted_cost": forecast_document(results.forecast),
         "timings_s": dict(results.timings_s),
         "dense_problems": {name: dict(found) for name, found in results.dense_problems.items()},
+        "body_problems": {name: dict(found) for name, found in results.body_problems.items()},
         "peak_memory_gib": results.peak_memory_gib,
         "packages": package_versions(),
     }
@@ -248,6 +251,27 @@ def plan_document(plan: Plan) -> dict[str, Any]:
                 "solver": None if b.level == "beam" else b.solver,
             }
             for name, b in plan.bodies.items()
+        },
+    }
+
+
+def costs_document(
+    plan: Plan, expected: Forecast, effects: Mapping[str, EffectCost]
+) -> dict[str, Any]:
+    """What effects and analyses cost, as plain data: of an effect that is off, what that saves."""
+    return {
+        "effects": {
+            effect.name: {
+                "on": effect.on,
+                ("adds_cpu_s" if effect.on else "saves_cpu_s"): effects[effect.name].seconds,
+                ("adds_gib" if effect.on else "saves_gib"): effects[effect.name].memory_gib,
+            }
+            for effect in plan.effects
+            if effect.name in effects
+        },
+        "analyses": {
+            name: {"cpu_s": cost.seconds, "memory_gib": cost.memory_gib}
+            for name, cost in expected.analyses.items()
         },
     }
 

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import math
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import Any
 
 from solidwhirl.core.check_report import checks_text
 from solidwhirl.core.errors import markdown_cell, markdown_text
-from solidwhirl.core.warnings import Doubt
-from solidwhirl.cost.forecast import Forecast
-from solidwhirl.model.plan_records import Plan
-from solidwhirl.model.resolution import Resolution
+from solidwhirl.output.plan_text import plan_text, table
 from solidwhirl.page.frame.records import Block, Table, Text
 from solidwhirl.page.frame.render import cell_text
 from solidwhirl.page.modes.criticals import critical_speed_table
@@ -20,7 +16,6 @@ from solidwhirl.page.run.accuracy import accuracy_blocks
 from solidwhirl.page.run.masses import properties_table, sizes_table
 from solidwhirl.pipeline.run import Results
 from solidwhirl.pipeline.verdict_text import answers
-from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.scene_checks.operating import critical_speeds_that_count
 
 # Marks for bold and for code of the page, as they come out of `markdown_cell`.
@@ -33,7 +28,7 @@ def report_text(results: Results, document: dict[str, Any]) -> str:
     doubtful = [*(doubt["message"] for doubt in document["doubts"]), *document["bearing_notes"]]
     parts = [
         f"# {markdown_text(results.scene.title or results.scene.name)}",
-        _table(" | ", ((a.about, a.marked) for a in answers(document)), _marked_cell),
+        table(" | ", ((a.about, a.marked) for a in answers(document)), _marked_cell),
         "\n".join(f"- **warning:** {markdown_text(message)}" for message in doubtful),
         "## Critical speeds",
         _told([critical_speed_table(found, ratios)]) if found else "None in the speed range.",
@@ -59,62 +54,6 @@ def report_text(results: Results, document: dict[str, Any]) -> str:
     return "\n\n".join(p for p in parts if p) + "\n"
 
 
-def plan_text(plan: Plan, doubts: Iterable[Doubt] = ()) -> str:
-    """The plan as Markdown tables, after warnings about the scene."""
-    effects = _table(
-        "effect |  | why | cost when on",
-        ((e.name, "on" if e.on else "off", e.why, e.cost) for e in plan.effects),
-    )
-    bodies = _table(
-        "body | level | circumferential orders | interface motions | "
-        "first element order | first corner size [mm] | expected error | matrices | "
-        "factorisations | eigenproblems",
-        (
-            (
-                name,
-                b.level,
-                ", ".join(str(n) for n in b.orders),
-                " ".join(b.components),
-                *_resolution(b.resolution),
-                b.matrices,
-                f"<= {b.factorisations}",
-                f"<= {b.eigenproblems}",
-            )
-            for name, b in plan.bodies.items()
-        ),
-    )
-    parts = [effects, bodies] if plan.bodies else [effects]
-    if said := [f"- {markdown_text(doubt.message)}" for doubt in doubts]:
-        parts.insert(0, "\n".join(["Warnings:", "", *said]))
-    if plan.analyses:
-        parts.append(_table("analysis | kind", plan.analyses))
-    if plan.speeds_beyond:
-        fastest = float(plan.speeds_rad_s.max()) * RPM_PER_RAD_S
-        parts.append(
-            f"Speeds above {fastest:.6g} rpm, where [speeds] ends; the bodies are made for these:"
-        )
-        rows = ((a.analysis, f"{a.speed_rpm:.6g}", a.source) for a in plan.speeds_beyond)
-        parts.append(_table("analysis | to [rpm] | which is", rows))
-    return "\n\n".join(parts)
-
-
-def cost_text(expected: Forecast) -> str:
-    """The predicted cost as a Markdown table."""
-    head, *rows = expected.rows()
-    said = "Seconds of one core, without pictures and files."
-    return f"{_table(' | '.join(head), rows)}\n\n{said}"
-
-
-def _resolution(found: Resolution | None) -> tuple[str, str, str]:
-    """Element order, corner size and expected error to begin with; beams have none."""
-    if found is None:
-        return "-", "-", "-"
-    corner = f"{1e3 * found.size.corner_size_m:.3g}"
-    # of a given mesh nothing is expected
-    expected = "-" if math.isnan(found.expected_error) else f"{found.expected_error:.1e}"
-    return str(found.degree), corner, expected
-
-
 def _ledger(bodies: dict[str, Any]) -> str:
     lines = []
     for name, b in bodies.items():
@@ -132,14 +71,14 @@ def _branches(diagram: dict[str, Any]) -> str:
     for b, branch in enumerate(diagram["frequency_hz"]):
         shown = ["-" if branch[k] is None else f"{branch[k]:.3f}" for k in chosen]
         rows.append((b + 1, *shown, diagram["whirl"][b][-1]))
-    return _table(" | ".join(["branch", *columns, "whirl at the last"]), rows)
+    return table(" | ".join(["branch", *columns, "whirl at the last"]), rows)
 
 
 def _analyses(results: Results) -> str:
     """One line for each analysis, and its files."""
     if not results.analyses:
         return ""
-    return _table(
+    return table(
         "analysis | kind | result | files",
         (
             (name, outcome.kind, outcome.headline, ", ".join(outcome.files))
@@ -149,13 +88,12 @@ def _analyses(results: Results) -> str:
 
 
 def _cost(document: dict[str, Any]) -> str:
-    problems = document.get("dense_problems", {})
-    lines = [
-        f"- {name}: {spent:.2f} s" + "".join(f", {n} {what}" for what, n in solved.items())
-        for name, spent, solved in (
-            (name, spent, problems.get(name, {})) for name, spent in document["timings_s"].items()
-        )
-    ]
+    of_engine, of_bodies = (document.get(k, {}) for k in ("dense_problems", "body_problems"))
+    lines = []
+    for name, spent in document["timings_s"].items():
+        counts = [f"{n} {what}" for what, n in of_engine.get(name, {}).items()]
+        counts += [f"{n} {what} of bodies" for what, n in of_bodies.get(name, {}).items()]
+        lines.append(", ".join([f"- {name}: {spent:.2f} s", *counts]))
     kept = [name for name, origin in document.get("stages", {}).items() if origin == "kept"]
     if kept:
         lines.append(f"- kept from an earlier run: {', '.join(kept)}")
@@ -177,19 +115,10 @@ def _told(blocks: Iterable[Block]) -> str:
         elif isinstance(block, Table):
             title = block.title or block.folded
             rows = [[cell_text(cell) for cell in row] for row in block.rows]
-            table = _table(" | ".join(block.head), rows, _marked_cell)
-            parts += [f"### {title}" if title else "", table]
+            shown = table(" | ".join(block.head), rows, _marked_cell)
+            parts += [f"### {title}" if title else "", shown]
             parts.append(block.caption)
     return "\n\n".join(part for part in parts if part)
-
-
-def _table(
-    head: str, rows: Iterable[Iterable[Any]], cell: Callable[[str], str] = markdown_cell
-) -> str:
-    """A table whose titles stand with bars between them."""
-    rule = "|" + "---|" * (head.count(" | ") + 1)
-    lines = ("| " + " | ".join(cell(str(value)) for value in row) + " |" for row in rows)
-    return "\n".join([f"| {head} |", rule, *lines])
 
 
 def _marked_cell(text: str) -> str:

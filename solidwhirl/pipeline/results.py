@@ -58,6 +58,8 @@ class Results:
     timings_s: Mapping[str, float]
     #: Eigenproblems of the engine, and factorisations for a few of its modes, by stage
     dense_problems: Mapping[str, Mapping[str, int]]
+    #: Finite element matrices of bodies assembled, factorisations and eigenproblems, by stage
+    body_problems: Mapping[str, Mapping[str, int]]
     peak_memory_gib: float
     #: Unstable intervals of the whole range of speeds, and damping at the operating speeds
     stability: Stability

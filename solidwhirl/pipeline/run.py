@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from solidwhirl.beams.scene_bodies import BeamBodies, beam_bodies
-from solidwhirl.bodies.fidelity import chosen_level
 from solidwhirl.bodies.reduction import BodyResult, Clock
 from solidwhirl.bodies.refinement import Round
 from solidwhirl.cache.files import StageStore
@@ -27,14 +26,14 @@ from solidwhirl.model.plan_records import Plan
 from solidwhirl.model.system_parts import simple_elements
 from solidwhirl.pipeline import engine_stages as stages
 from solidwhirl.pipeline.body_stages import Job, elements_of, reduced_bodies
-from solidwhirl.pipeline.cached_stages import StageCache, engine_part
+from solidwhirl.pipeline.cached_stages import StageCache
 from solidwhirl.pipeline.checks import analysis_result_checks, run_checks
 from solidwhirl.pipeline.engine_stages import ExcitedCriticalSpeed
+from solidwhirl.pipeline.level import key_of_beams, level_of
 from solidwhirl.pipeline.results import Results
 from solidwhirl.plausibility.units import implausible
 from solidwhirl.rotordyn import Superelement, bearing_notes
 from solidwhirl.scene.records import Scene
-from solidwhirl.scene_checks.recovery_references import meshes_for
 from solidwhirl.scene_checks.speeds_asked import top_speed
 from solidwhirl.scene_reading.weight import refuse_unsupported
 
@@ -120,7 +119,7 @@ def reduced(
     doubts = implausible(scene, bodies) if comm.rank == 0 else ()
     for doubt in doubts:
         progress(f"warning: {doubt.message}")
-    level, keep_level = _level(scene, bodies, comm, stage_cache)
+    level, keep_level = level_of(scene, bodies, comm, stage_cache)
     plan = make_plan(scene, bodies, level)
     simple = simple_elements(scene, plan)  # milliseconds, and refused before the long work
     solids: dict[str, AnyBody] = {**bodies, **build_mesh_bodies(scene)}
@@ -152,42 +151,6 @@ def reduced(
     )
 
 
-def _level(
-    scene: Scene, bodies: Mapping[str, Body], comm: Any, stage_cache: StageCache
-) -> tuple[str, Callable[[], None]]:
-    """The level of the bodies, and a function that keeps it; looking for it takes a second."""
-    if scene.model.level != "auto" or meshes_for(scene):  # which are decided in no time
-        return chosen_level(scene, bodies), lambda: None
-    name = "choice of the level"
-    key = stage_cache.key("level", engine_part(scene), scene.analyses, bodies)
-    # beams that did not do on other supports are not tried again: meridians are never worse
-    finer = stage_cache.key("level beyond beams", scene.model, scene.effects, bodies)
-    kept: str | None = comm.bcast(stage_cache.find(key) or stage_cache.find(finer))
-    if kept is not None:
-        stage_cache.say(name, "kept")
-        return kept, lambda: None
-    keep: list[Callable[[], None]] = []
-
-    def beams(trial: Scene, plan: Plan, own: Mapping[str, Body]) -> BeamBodies:
-        of_beams = _key_of_beams(stage_cache, trial, plan, own)
-        found: BeamBodies | None = stage_cache.find(of_beams)
-        if found is None:
-            found = beam_bodies(trial, plan, own, estimated=True)
-            keep.append(partial(stage_cache.keep, of_beams, "beams", found))
-        return found
-
-    level = chosen_level(scene, bodies, beams)
-    stage_cache.say(name, "computed")
-    keys = [key] if level == "beam" else [key, finer]
-    keep += [partial(stage_cache.keep, k, name, level) for k in keys]
-
-    def keep_all() -> None:
-        for one in keep:
-            one()
-
-    return level, keep_all
-
-
 def _beams(job: Job, bodies: Mapping[str, Body]) -> BeamBodies:
     """Bodies of the beam level, their variants where errors are estimated."""
     scene, plan, stage_cache = job.scene, job.plan, job.stage_cache
@@ -196,20 +159,10 @@ def _beams(job: Job, bodies: Mapping[str, Body]) -> BeamBodies:
     estimated = scene.model.estimates == "on"
     found: BeamBodies = stage_cache.stage(
         "beams",
-        _key_of_beams(stage_cache, scene, plan, bodies),
+        key_of_beams(stage_cache, scene, plan, bodies),
         lambda: beam_bodies(scene, plan, bodies, estimated=estimated),
     )
     return found
-
-
-def _key_of_beams(
-    stage_cache: StageCache, scene: Scene, plan: Plan, bodies: Mapping[str, Body]
-) -> str:
-    """Key of beam models of bodies, which no support changes."""
-    effects = [(effect.name, effect.on) for effect in plan.effects]
-    modes = [scene.model.modes, *(scene.bodies[name].modes for name in bodies)]
-    plans = [plan.bodies[name] for name in bodies]
-    return stage_cache.key("beams", scene.model.estimates, effects, modes, plans, bodies)
 
 
 def _analysed(engine: stages.Engine, results: Callable[..., Results]) -> Results:
@@ -241,6 +194,7 @@ def _analysed(engine: stages.Engine, results: Callable[..., Results]) -> Results
         analyses=outcomes,
         timings_s=job.clock.seconds,
         dense_problems=job.clock.solved,
+        body_problems=job.clock.of_bodies,
         peak_memory_gib=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0**2,
         stability=stability,
         asymmetry=diagram.asymmetry,

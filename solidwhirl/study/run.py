@@ -12,7 +12,8 @@ from pydantic import TypeAdapter, ValidationError
 
 from solidwhirl.cache.files import StageStore
 from solidwhirl.core.errors import UserError, clean, writing
-from solidwhirl.core.machine import MachineSpeed, available_memory_gib, machine_speed
+from solidwhirl.core.machine import available_memory_gib
+from solidwhirl.cost.machine import Machine, this_machine
 from solidwhirl.cost.work import predict_cost
 from solidwhirl.files.run_folder import refuse_foreign
 from solidwhirl.model.bodies import build_bodies
@@ -108,7 +109,7 @@ def run_cases(
     Raises StudyError: the reference fails: nothing can be held against it.
     """
     store = StageStore(folder)
-    machine = machine_speed()
+    machine = this_machine()
     reference = _planned(cases[0], machine, ladders.longest_s)
     # what is held against a truth may take as long as the truth
     longest_s = max(reference.cpu_s, ladders.longest_s)
@@ -156,7 +157,7 @@ class _Planned:
     memory_gib: float
 
 
-def _planned(case: StudyCase, machine: MachineSpeed, allowed_s: float) -> _Planned:
+def _planned(case: StudyCase, machine: Machine, allowed_s: float) -> _Planned:
     """Predict a case, adaptive runs from the a-priori mesh rule; without estimates if it must."""
     if case.level == "beam":
         return _Planned(case=case, allowed_s=allowed_s, cpu_s=_START_S, memory_gib=0.0)

@@ -26,7 +26,14 @@ from solidwhirl.files.run_folder import verify_folder
 assert "mpi4py.MPI" not in sys.modules
 surroundings()  # once: the digest of the program is the same in all forks
 # Times, memory and where stages came from: what two runs may differ in.
-_OWN = {"timings_s", "dense_problems", "peak_memory_gib", "predicted_cost", "stages"}
+_OWN = {
+    "timings_s",
+    "dense_problems",
+    "body_problems",
+    "peak_memory_gib",
+    "predicted_cost",
+    "stages",
+}
 _LIMIT_S = 60.0
 
 

@@ -19,7 +19,7 @@ from ranks import CLEAN
 
 from solidwhirl.batch.schedule import predicted_cost
 from solidwhirl.batch.table import read_batch
-from solidwhirl.core.machine import machine_speed
+from solidwhirl.cost.machine import this_machine
 from solidwhirl.files.run_folder import claimed, verify_folder
 from solidwhirl.scene_reading.reader import read_scene
 
@@ -32,7 +32,14 @@ SCRIPT = Path(__file__).with_name("batch.py")
 # Time in which a job must be gone; an undisturbed one takes less.
 LIMIT_S = 300.0
 # What depends on the run and not on the scene.
-OF_THE_RUN = ("timings_s", "dense_problems", "peak_memory_gib", "predicted_cost", "stages")
+OF_THE_RUN = (
+    "timings_s",
+    "dense_problems",
+    "body_problems",
+    "peak_memory_gib",
+    "predicted_cost",
+    "stages",
+)
 
 
 def start(ranks, fault, *arguments):
@@ -153,7 +160,7 @@ def test_second_batch_on_a_folder_is_refused(scenes, tmp_path, ranks):
 @pytest.mark.parametrize("share", [1.5, 0.5])
 def test_cases_wait_for_memory(scenes, tmp_path, share):
     """With room for one and a half, or less than one, cases come one after another."""
-    machine = machine_speed()
+    machine = this_machine()
     needs = [predicted_cost(read_scene(path), machine).peak_memory_gib for path in scenes[:4]]
     kind = f"room:{share * max(needs)}:{tmp_path / 'times'}"
     finished(start(2, kind, *scenes[:4], "--out", tmp_path / "out", "--no-pictures"))

@@ -12,7 +12,15 @@ from solidwhirl.scene_reading.reader import parse_scene
 pytestmark = pytest.mark.solver
 
 # What two runs of one scene may differ in.
-OWN = {"timings_s", "dense_problems", "peak_memory_gib", "predicted_cost", "stages", "scene"}
+OWN = {
+    "timings_s",
+    "dense_problems",
+    "body_problems",
+    "peak_memory_gib",
+    "predicted_cost",
+    "stages",
+    "scene",
+}
 
 
 @pytest.fixture(scope="module")

@@ -12,6 +12,7 @@ from pydantic import Field, model_validator
 
 from solidwhirl.analyses import base
 from solidwhirl.analyses.unbalances import UnbalanceSpec, end_of, unbalance_of
+from solidwhirl.analyses.work import EngineSize, Work
 from solidwhirl.core.blocks import AnalysisBlock, numbers
 from solidwhirl.core.fields import MOST, Count, Finite, Name, Place, Positive, Record
 from solidwhirl.core.outcome import Outcome, PageSection
@@ -41,6 +42,8 @@ _BESIDE, _DAMPED = (-2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0), 1e-5
 _SEEN = 1e-6
 # And of the headline.
 _TOLD = 1e-2
+# Systems of equations of harmonics of the turn that are coupled, in those of one.
+_COUPLED = 150.0
 
 
 class BowSpec(Record):
@@ -84,6 +87,11 @@ class AsymmetricResponseSpec(base.Sweep):
     def possible_files(self, bearings: Mapping[str, bool]) -> tuple[str, ...]:
         """Return a picture for each place."""
         return tuple(f"{self.label}{suffix}.png" for suffix in self._suffixes())
+
+    def work(self, size: EngineSize) -> Work:
+        """How much it has to solve: unlike supports couple harmonics of the turn."""
+        solved = self.count * (_COUPLED if size.uneven else 1.0)
+        return Work(solves=solved, results=20.0, values=30.0 * self.count * len(self.observe))
 
     def run(self, engine: base.Engine) -> Outcome:
         """Motion and bearing forces over the speed, by multiples of the speed."""

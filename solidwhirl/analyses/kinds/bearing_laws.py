@@ -9,6 +9,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from solidwhirl.analyses.base import STABILITY, Analysis, Charts, Engine, Found
+from solidwhirl.analyses.work import EngineSize, Work
 from solidwhirl.core.blocks import AnalysisBlock, Text
 from solidwhirl.core.fields import Positive
 from solidwhirl.core.outcome import Outcome
@@ -36,6 +37,10 @@ class BearingLawsSpec(Analysis):
     def possible_files(self, bearings: Mapping[str, bool]) -> tuple[str, ...]:
         """Return a picture for each bearing with a law."""
         return tuple(f"{self.label}_{name}.png" for name, has_law in bearings.items() if has_law)
+
+    def work(self, size: EngineSize) -> Work:
+        """Coefficients of each bearing over the speed."""
+        return Work(results=100.0)
 
     def run(self, engine: Engine) -> Outcome:
         """Coefficients of the bearings that depend on the speed."""

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from solidwhirl.analyses import base
-from solidwhirl.analyses.work import Work
+from solidwhirl.analyses.work import EngineSize, Work
 from solidwhirl.core.blocks import AnalysisBlock, numbers
 from solidwhirl.core.fields import Count, Name, Positive
 from solidwhirl.core.outcome import Outcome
@@ -47,9 +47,9 @@ class CriticalSpeedMapSpec(base.Stiffnesses):
         """Yield the speed to which critical speeds are sought."""
         yield self.search_to_rpm / ratio(self.excited_by), f"search_to_rpm of {where}"
 
-    def work(self, shafts: int) -> Work:
+    def work(self, size: EngineSize) -> Work:
         """How much it has to solve."""
-        return Work(spectra=0.2 * self.stiffness_count)
+        return Work(undamped=2.0 * self.stiffness_count)
 
     def run(self, engine: base.Engine) -> Outcome:
         """Undamped critical speeds over the stiffness of supports."""

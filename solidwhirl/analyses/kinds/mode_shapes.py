@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from solidwhirl.analyses import base
-from solidwhirl.analyses.work import Work
+from solidwhirl.analyses.work import EngineSize, Work
 from solidwhirl.core.blocks import AnalysisBlock
 from solidwhirl.core.fields import MOST, Count, Name, NotNegative
 from solidwhirl.core.outcome import Outcome
@@ -46,9 +46,10 @@ class ModeShapesSpec(base.Analysis):
             for end in ends
         )
 
-    def work(self, shafts: int) -> Work:
+    def work(self, size: EngineSize) -> Work:
         """How much it has to solve."""
-        return Work(spectra=len(self.speeds_rpm), results=20.0 * len(self.speeds_rpm))
+        speeds = len(self.speeds_rpm)
+        return Work(eigenproblems=6.0 * speeds, results=20.0 * speeds)
 
     def run(self, engine: base.Engine) -> Outcome:
         """Shapes of the lowest modes at some speeds, numbered as in the diagram."""

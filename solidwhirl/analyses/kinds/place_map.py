@@ -18,7 +18,7 @@ from solidwhirl.analyses.unbalances import (
     peak_row,
     unbalance_at,
 )
-from solidwhirl.analyses.work import Work
+from solidwhirl.analyses.work import EngineSize, Work
 from solidwhirl.core.blocks import AnalysisBlock, Table, numbers
 from solidwhirl.core.fields import Count, Place, Positive
 from solidwhirl.core.outcome import Outcome
@@ -54,9 +54,10 @@ class PlaceMapSpec(base.Frequencies):
         """Yield the speed of the highest frequency."""
         yield from base.synchronous_speed(self.places[0], self.frequency_max_hz, ratio, where)
 
-    def work(self, shafts: int) -> Work:
+    def work(self, size: EngineSize) -> Work:
         """How much it has to solve."""
-        return Work(solves=float(self.frequency_count), results=self.frequency_count)
+        solved = len(self.places) * self.frequency_count
+        return Work(solves=float(solved), results=len(self.places), values=2.0 * solved)
 
     def run(self, engine: base.Engine) -> Outcome:
         """Response over the place of an unbalance and its frequency."""

@@ -8,6 +8,7 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 
 from solidwhirl.analyses.base import Analysis, Charts, Engine, Found, Names
+from solidwhirl.analyses.work import EngineSize, Work
 from solidwhirl.core.blocks import AnalysisBlock, numbers
 from solidwhirl.core.outcome import Outcome, PageSection
 from solidwhirl.core.plain_data import Labels
@@ -29,6 +30,10 @@ class RotatingCampbellSpec(Analysis):
 
     kind: Literal["rotating_campbell"]
     bodies: Names
+
+    def work(self, size: EngineSize) -> Work:
+        """Modes of the diagram again, for their motion in each body's frame."""
+        return Work(eigenproblems=100.0 * len(self.bodies))
 
     def run(self, engine: Engine) -> Outcome:
         """The Campbell diagram as bodies see it (Appendix B of Müller and Hennings)."""

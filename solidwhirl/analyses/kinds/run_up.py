@@ -15,7 +15,7 @@ from pydantic import Field, model_validator
 
 from solidwhirl.analyses.base import UNBALANCE_TURNS, Analysis, Charts, Engine, Found, Scalars
 from solidwhirl.analyses.unbalances import UnbalanceSpec, end_of, unbalance_of
-from solidwhirl.analyses.work import Work
+from solidwhirl.analyses.work import EngineSize, Work
 from solidwhirl.core.blocks import AnalysisBlock, Table, Text, numbers
 from solidwhirl.core.fields import MOST, Finite, Name, NotNegative, Place, Positive
 from solidwhirl.core.outcome import Outcome, PageSection
@@ -59,6 +59,8 @@ _PROMINENT = 1.5
 # Lowest frequency of a peak of the force [Hz].
 _LOWEST_HZ = 1.0
 _MOST_STEPS = 5e7
+# Time of a step in the frame of a body beside one in fixed axes, where parts are stepped apart.
+_TOGETHER = 5.0
 # Models whose curves can be told apart beside the full one.
 _MOST_MODELS = 6
 # Numbers of steps must be whole to this.
@@ -150,11 +152,15 @@ class RunUpSpec(Analysis):
                 raise ValueError(f"bands_hz has ({low:g}, {high:g}); the second must be higher")
         return self
 
-    def work(self, shafts: int) -> Work:
+    def work(self, size: EngineSize) -> Work:
         """Steps of the engine and of each model with fewer flexible bodies."""
-        steps = (self.ramp_s + self.hold_s) * self.sampling_hz
+        lasts = self.ramp_s + self.hold_s
         models = 1 + len(self.compare_flexible)
-        return Work(steps=models * steps, results=100.0 * models)
+        held = lasts * self.record_hz * (3 * len(self.observe) + 10.0)
+        steps = models * lasts * self.sampling_hz
+        if size.kind == "asymmetric":  # nothing is stepped apart in the frame of a body
+            steps *= _TOGETHER
+        return Work(steps=steps, results=100.0 * models, values=held)
 
     def run(self, engine: Engine) -> Outcome:
         """Run-up with the force through the mount, its spectrum, and models of less complexity."""

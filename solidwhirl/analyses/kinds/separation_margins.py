@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from solidwhirl.analyses import base
-from solidwhirl.analyses.work import Work
+from solidwhirl.analyses.work import EngineSize, Work
 from solidwhirl.core.blocks import (
     AnalysisBlock,
     Table,
@@ -80,9 +80,9 @@ class SeparationMarginsSpec(base.Analysis):
                 f"{where} looks (search_factor)",
             )
 
-    def work(self, shafts: int) -> Work:
+    def work(self, size: EngineSize) -> Work:
         """How much it has to solve."""
-        return Work(spectra=12.0 * max(shafts, len(self.operating)))
+        return size.search.times(max(1, len(self.operating)))
 
     def run(self, engine: base.Engine) -> Outcome:
         """Margins of every shaft's critical speeds from its operating range, and the verdict."""

@@ -17,7 +17,7 @@ from solidwhirl.analyses.stability_summary import (
     stability_of,
     whirl_document,
 )
-from solidwhirl.analyses.work import Work
+from solidwhirl.analyses.work import EngineSize, Work
 from solidwhirl.core.blocks import AnalysisBlock, Table, Text, numbers, whirl_text
 from solidwhirl.core.fields import Positive
 from solidwhirl.core.outcome import Outcome
@@ -27,6 +27,9 @@ from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.plots import chart as charts
 from solidwhirl.rotordyn.plots.campbell import unstable_spans
 from solidwhirl.rotordyn.stability.intervals import stability_chart as damping_of
+
+# Speeds at which it is checked by other means, where bearings follow the speed.
+_CHECKED = 100.0
 
 
 class StabilitySpec(base.Sweep):
@@ -43,9 +46,10 @@ class StabilitySpec(base.Sweep):
     count: base.Points = 61
     frequency_max_hz: Positive | None = None
 
-    def work(self, shafts: int) -> Work:
+    def work(self, size: EngineSize) -> Work:
         """How much it has to solve."""
-        return Work(spectra=1.5 * self.count)
+        each = {"hermitian": 1.0, "isotropic": 4.0}.get(size.kind, 1.7)
+        return Work(eigenproblems=each * self.count, checks=_CHECKED if size.laws else 0.0)
 
     def run(self, engine: base.Engine) -> Outcome:
         """Damping of the first modes over the speed, and where the engine.system is unstable."""

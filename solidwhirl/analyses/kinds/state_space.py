@@ -14,7 +14,7 @@ from pydantic import Field, model_validator
 
 from solidwhirl.analyses.base import Analysis, Engine, Found, Places, refuse_falling
 from solidwhirl.analyses.unbalances import end_of
-from solidwhirl.analyses.work import Work
+from solidwhirl.analyses.work import EngineSize, Work
 from solidwhirl.core.blocks import AnalysisBlock, Table
 from solidwhirl.core.fields import Count, NotNegative, Positive
 from solidwhirl.core.outcome import Outcome, PageSection
@@ -62,9 +62,10 @@ class StateSpaceSpec(Analysis):
         refuse_falling(self.from_rpm, self.to_rpm)
         return self
 
-    def work(self, shafts: int) -> Work:
+    def work(self, size: EngineSize) -> Work:
         """How much it has to solve."""
-        return Work(spectra=0.5 * self.speed_count, results=100.0)
+        values = self.speed_count * (2.0 * size.coordinates) ** 2
+        return Work(eigenproblems=2.0 * self.speed_count, results=300.0, values=values)
 
     def run(self, engine: Engine) -> Outcome:
         """A, B, C, D between forces and motions at interfaces over the speed."""

@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 
 from solidwhirl.analyses import base
 from solidwhirl.analyses.unbalances import end_of, unbalance_at
-from solidwhirl.analyses.work import Work
+from solidwhirl.analyses.work import EngineSize, Work
 from solidwhirl.core.blocks import AnalysisBlock, numbers
 from solidwhirl.core.fields import NotNegative, Place, Positive
 from solidwhirl.core.outcome import Outcome
@@ -79,9 +79,10 @@ class StiffnessStudySpec(base.Stiffnesses):
         if self.speed_rpm is None:
             yield from base.synchronous_speed(self.excite, self.frequency_max_hz, ratio, where)
 
-    def work(self, shafts: int) -> Work:
+    def work(self, size: EngineSize) -> Work:
         """How much it has to solve."""
-        return Work(solves=0.7 * self.stiffness_count * self.frequency_count)
+        solved = self.stiffness_count * self.frequency_count
+        return Work(solves=float(solved), values=2.0 * solved)
 
     def run(self, engine: base.Engine) -> Outcome:
         """Response over excitation frequency and support stiffness, and the stiffness to choose."""

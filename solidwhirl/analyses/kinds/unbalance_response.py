@@ -26,7 +26,7 @@ from solidwhirl.analyses.unbalances import (
     turning_at,
     unbalance_of,
 )
-from solidwhirl.analyses.work import Work
+from solidwhirl.analyses.work import EngineSize, Work
 from solidwhirl.core.blocks import AnalysisBlock, Table, numbers
 from solidwhirl.core.fields import MOST, Count, Positive
 from solidwhirl.core.outcome import MOST_CURVES, MOST_ORBITS, Outcome, PageSection
@@ -52,6 +52,8 @@ from solidwhirl.rotordyn.response.unbalance import (
     unbalance_response,
 )
 
+# Speeds at which it is checked by other means, where bearings follow the speed.
+_CHECKED = 100.0
 # Speeds whose orbits can be chosen.
 _MOST_ORBITS = 12
 
@@ -87,9 +89,18 @@ class UnbalanceResponseSpec(base.Sweep):
             for suffix, _ in numbered(list(range(count)))
         )
 
-    def work(self, shafts: int) -> Work:
+    def work(self, size: EngineSize) -> Work:
         """How much it has to solve."""
-        return Work(solves=8.0 * self.count, results=self.count, spectra=0.05 * self.count)
+        solved = size.shafts * self.count
+        peaks = Work(eigenproblems=20.0, factorisations=12.0)
+        if size.kind == "isotropic":
+            peaks = Work(eigenproblems=300.0, checks=_CHECKED)
+        elif size.laws:
+            peaks = Work(eigenproblems=0.85 * self.count, factorisations=3.0 * self.count)
+        elif size.kind == "hermitian":
+            peaks = Work()
+        values = 12.0 * size.bodies * solved
+        return peaks.and_also(Work(solves=float(solved), results=self.count, values=values))
 
     def run(self, engine: base.Engine) -> Outcome:
         """Unbalance response over the speed at the places that the engine observes."""

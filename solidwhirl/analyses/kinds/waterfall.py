@@ -11,7 +11,7 @@ from pydantic import model_validator
 
 from solidwhirl.analyses import base
 from solidwhirl.analyses.unbalances import end_of
-from solidwhirl.analyses.work import Work
+from solidwhirl.analyses.work import EngineSize, Work
 from solidwhirl.core.blocks import AnalysisBlock, numbers
 from solidwhirl.core.fields import NotNegative, Place, Positive
 from solidwhirl.core.outcome import Outcome
@@ -50,9 +50,11 @@ class WaterfallSpec(base.Frequencies):
         base.refuse_large("speed_count x frequency_count", self.speed_count, self.frequency_count)
         return self
 
-    def work(self, shafts: int) -> Work:
+    def work(self, size: EngineSize) -> Work:
         """How much it has to solve."""
-        return Work(solves=float(self.speed_count * self.frequency_count), spectra=self.speed_count)
+        solved = float(self.speed_count * self.frequency_count)
+        modes = 0 if size.kind == "asymmetric" else self.speed_count
+        return Work(solves=solved, eigenproblems=modes, values=6.0 * solved)
 
     def run(self, engine: base.Engine) -> Outcome:
         """Response to harmonic ground motion over frequency and speed."""

@@ -36,7 +36,7 @@ from solidwhirl.batch.slurm import slurm_job, slurm_script, write_slurm_script
 from solidwhirl.batch.table import read_batch, read_table
 from solidwhirl.cache.files import StageStore
 from solidwhirl.core.errors import OutputError
-from solidwhirl.core.machine import MachineSpeed
+from solidwhirl.cost.machine import uniform
 from solidwhirl.scene_reading.reader import read_scene
 from solidwhirl.sweep.records import BatchCase, BatchRow
 
@@ -116,7 +116,7 @@ def test_time_to_go_follows_what_was_measured():
 
 
 def test_finer_scenes_are_predicted_to_cost_more():
-    scene, machine = read_scene(SCENES / "laval.toml"), MachineSpeed(gflops=10.0, gbytes_per_s=10.0)
+    scene, machine = read_scene(SCENES / "laval.toml"), uniform(4.0)
     found = []
     for level, size in (("beam", None), ("harmonic", 0.02), ("harmonic", 0.005)):
         model = scene.model.model_copy(update={"size_m": size, "level": level})

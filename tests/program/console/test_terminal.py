@@ -12,6 +12,7 @@ import time
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from rich.console import Console
 from typer.testing import CliRunner
@@ -56,23 +57,24 @@ def test_time_to_go_follows_the_forecast(detail):
     found, watch = schedule(a=10.0, b=20.0, c=30.0)
     assert found.to_go_s() == pytest.approx(60.0)
     found.begin(reduction("a", detail=detail))
-    for spent in range(10):
+    for spent in range(8):  # the last part of a stage is counted down slower
         assert found.to_go_s() == pytest.approx(60.0 - spent)
         assert found.share() == pytest.approx(spent / 60.0)
         watch.now += 1.0
+    watch.now += 2.0
     assert found.begin(reduction("b")) == (reduction("a", detail=detail), 10.0)
     assert found.to_go_s() == pytest.approx(50.0)
     assert found.share() == pytest.approx(10.0 / 60.0)
 
 
 def test_a_slower_machine_takes_longer_and_what_is_skipped_counts_no_more():
-    """Twice the predicted time so far: the prior of half a second is next to nothing here."""
+    """Twice the predicted time so far, beside a prior of a quarter of the whole."""
     found, watch = schedule(a=100.0, b=50.0, c=50.0)
     found.begin(reduction("a"))
     watch.now += 200.0
     found.begin(reduction("b"))
-    assert found.slowness == pytest.approx(200.5 / 100.5)
-    assert found.to_go_s() == pytest.approx(200.0, rel=0.01)
+    assert found.slowness == pytest.approx(250.0 / 150.0)
+    assert found.to_go_s() == pytest.approx(100.0 * 250.0 / 150.0)
     # stages that were kept say nothing
     found, watch = schedule(a=1.0, b=100.0, c=3.0)
     found.begin(reduction("a"))
@@ -94,14 +96,49 @@ def test_a_stage_that_lasts_longer_is_not_over():
         shares.append(found.share())
         assert found.to_go_s() > 0.0
     assert shares == sorted(shares)
-    assert shares[-1] < 0.95
-    # a round that was not foreseen lasts as long as the last one
+    assert shares[-1] < 1.0
+    # a round that was not foreseen lasts as long as the last one, but what was said stands
     assert found.begin(reduction("a")) == (reduction("a"), 50.0)
-    assert found.to_go_s() == pytest.approx(50.0)
+    assert found.slowness * found._current.seconds == pytest.approx(50.0)
+    assert 0.0 < found.to_go_s() < 0.1
     assert found.end() == (reduction("a"), 0.0)
     assert found.end() is None
     assert found.to_go_s() is None
     assert found.share() >= shares[-1]
+
+
+RECORDED = json.loads(Path(__file__).with_name("recorded_runs.json").read_text(encoding="utf-8"))
+
+
+def replayed(run, samples=400):
+    """Times, what was said to go, and shares, of a run whose stages began as recorded [s]."""
+    watch = Watch()
+    watch.now, (end, _, _) = 0.0, run["began"][-1]
+    found, events = Schedule(watch), run["began"][:-1]
+    found.foresee([Stage(name=StageName(n), body=b, seconds=s) for n, b, s in run["foreseen"]])
+    out = []
+    for at in np.linspace(0.0, end, samples, endpoint=False):
+        while events and events[0][0] <= at:
+            (watch.now, name, body), *events = events
+            found.begin(Stage(name=StageName(name), body=body))
+        watch.now = float(at)
+        out.append((at, found.to_go_s(), found.share()))
+    return end, np.array(out).T
+
+
+def test_time_to_go_of_recorded_runs_never_rises_by_more_than_a_tenth():
+    """Cold runs on a busy machine, among them rounds and analyses that the forecast had wrong."""
+    halfway = []
+    for name, run in RECORDED.items():
+        end, (at, said, shares) = replayed(run)
+        least = np.minimum.accumulate(said)
+        assert (said[1:] <= 1.1 * least[:-1] * (1.0 + 1e-12)).all(), name
+        assert (said > 0.0).all(), name
+        assert (np.diff(shares) >= 0.0).all(), name
+        middle = at.size // 2
+        halfway.append(said[middle] / (end - at[middle]))
+    # what is said is the time to go, and no number that only falls
+    assert 0.7 < np.median(halfway) < 1.4
 
 
 def spoken(**console):
@@ -206,7 +243,7 @@ def test_stages_are_those_that_were_foreseen(small_run):
 
 @pytest.mark.solver
 def test_all_that_is_to_come_is_told_at_the_start(small_run):
-    """The sum over all stages: more than the forecast, which has no pictures and files."""
+    """The sum over all stages is the forecast, and pictures where they are drawn."""
     results, longer = small_run.results, {}
     for pictures in (True, False):
         text = io.StringIO()
@@ -218,7 +255,9 @@ def test_all_that_is_to_come_is_told_at_the_start(small_run):
         said = "analyses and pictures" if pictures else "analyses"
         wanted = f"about {duration_text(longer[pictures])} until all is written, with {said}\n"
         assert text.getvalue() == wanted
-    assert longer[True] > longer[False] > results.forecast.seconds
+    expected = results.forecast  # what is told comes after the start
+    assert longer[False] == pytest.approx(expected.seconds - expected.start_s)
+    assert longer[True] - longer[False] == pytest.approx(expected.writing.pictures_s)
 
 
 @pytest.mark.solver

@@ -258,6 +258,11 @@ def test_run_keeps_to_the_plan(counted, case):
     assembled = [name for block in entry["assembled"].values() for name in block]
     solved = [name for block in entry["solved"].values() for name in block]
     assert done["matrices"] == own.matrices
+    # counted by the run too, where those of its checks are in it
+    counts = document["body_problems"]["reduction"]
+    assert counts["matrices"] == own.matrices
+    assert counts["eigenproblems"] == done["eigenproblems"]
+    assert counts["factorisations"] >= done["factorisations"]
     assert done["factorisations"] <= own.factorisations
     assert done["eigenproblems"] <= own.eigenproblems
     # the ledger tells the truth; a static solution for the prestress is one factorisation

@@ -11,7 +11,7 @@ import pytest
 from solidwhirl.build import beam, bearing, body, cylinder
 from solidwhirl.geometry import MATERIALS, GeometryError
 from solidwhirl.model.bodies import build_bodies
-from solidwhirl.output.report import plan_text
+from solidwhirl.output.plan_text import plan_text
 from solidwhirl.pipeline.run import make_plan
 from solidwhirl.plausibility.units import implausible
 from solidwhirl.scene_reading.reader import parse_scene

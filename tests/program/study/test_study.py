@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from solidwhirl.cli import app
-from solidwhirl.core.machine import MachineSpeed
+from solidwhirl.cost.machine import uniform
 from solidwhirl.identify.scene import scene_text
 from solidwhirl.scene_reading.reader import parse_scene
 from solidwhirl.study import run as study_run
@@ -172,8 +172,8 @@ def process(monkeypatch, measurement):
         return answer
 
     monkeypatch.setattr(study_run, "measured_apart", run)
-    fast = MachineSpeed(gflops=100.0, gbytes_per_s=50.0)
-    monkeypatch.setattr(study_run, "machine_speed", lambda: fast)
+
+    monkeypatch.setattr(study_run, "this_machine", lambda: uniform(0.5))
     return asked, said, patience
 
 

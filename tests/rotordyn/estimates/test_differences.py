@@ -9,6 +9,7 @@ import pytest
 from rotors import ground, one_rotor, three_disk_element, truncated
 
 from solidwhirl.rotordyn import AnalysisError, CriticalSpeed, campbell, critical_speeds
+from solidwhirl.rotordyn.core.ledger import SYSTEMS
 from solidwhirl.rotordyn.critical_speeds.followed import followed_critical_speeds
 from solidwhirl.rotordyn.estimates.campbell_errors import campbell_errors
 from solidwhirl.rotordyn.estimates.differences import (
@@ -130,7 +131,7 @@ def test_modes_are_paired_at_one_speed_as_branches_are():
 
 @pytest.mark.parametrize("drag", [0.0, 2e4])
 def test_followed_critical_speeds_are_those_that_are_searched(drag):
-    """Other stiffness of the supports; with damping and without, both excitations."""
+    """Other stiffness of the supports; with damping and without, one eigenproblem for each."""
     element = three_disk_element()
 
     def on(stiffness):
@@ -139,7 +140,9 @@ def test_followed_critical_speeds_are_those_that_are_searched(drag):
 
     first, second = on(7e7), on(6.6e7)
     known = [*critical_speeds(first, 1.0, 1500.0), *critical_speeds(first, 0.5, 1500.0)]
-    found = followed_critical_speeds(second, [*known, None])
+    with SYSTEMS.counted() as counts:
+        found = followed_critical_speeds(second, [*known, None])
+    assert counts["eigenproblems"] == len(known)
     assert len(known) > 4 and found[-1] is None and None not in found[:-1]
     searched = [*critical_speeds(second, 1.0, 1600.0), *critical_speeds(second, 0.5, 1600.0)]
     partner = critical_speed_differences(found[:-1], searched)
