@@ -57,6 +57,11 @@ def at_load(table: CoefficientTable, load_n: float | None) -> CoefficientTable:
     return replace(_changed(table, between, loads_n=None), notes=(*table.notes, note))
 
 
+def is_over_frequency_alone(table: CoefficientTable) -> bool:
+    """Tell whether a table has frequencies and no speeds, and so may mean either."""
+    return table.speeds_rad_s is None and table.frequencies_rad_s is not None
+
+
 def over(table: CoefficientTable, axis: Axis | None) -> CoefficientTable:
     """Return a table over one axis as one over the speed, or over the frequency of the motion.
 
@@ -67,7 +72,7 @@ def over(table: CoefficientTable, axis: Axis | None) -> CoefficientTable:
     """
     speeds, frequencies = table.speeds_rad_s, table.frequencies_rad_s
     if axis is None:
-        if speeds is None and frequencies is not None:
+        if is_over_frequency_alone(table):
             raise TableFileError(
                 table.source,
                 'axis: missing; the table is over frequency alone, which is axis = "speed" where '

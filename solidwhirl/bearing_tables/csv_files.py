@@ -90,6 +90,13 @@ def read_csv(path: Path, text: str) -> CoefficientTable:
 
 def csv_text(table: CoefficientTable) -> str:
     """Return a table as CSV with the units of this program, which `read_csv` reads back."""
+    heads, numbers = columns_of(table)
+    lines = [",".join(heads), *(",".join(repr(float(v)) for v in row) for row in numbers)]
+    return "\n".join(lines) + "\n"
+
+
+def columns_of(table: CoefficientTable) -> tuple[list[str], FloatArray]:
+    """Return headings with units, and the numbers below them; mass if there is any."""
     axes = [
         (heading, values * scale)
         for heading, values, scale in (
@@ -103,12 +110,9 @@ def csv_text(table: CoefficientTable) -> str:
     if table.mass_kg.any():
         parts.append(("m", "kg", table.mass_kg))
     grid = np.meshgrid(*(values for _, values in axes), indexing="ij") if axes else []
-    numbers = np.column_stack(
-        [*(g.ravel() for g in grid), *(values.reshape(-1, 4) for _, _, values in parts)]
-    )
-    head = [h for h, _ in axes] + [f"{k}{end}_{unit}" for k, unit, _ in parts for end in ENDS]
-    lines = [",".join(head), *(",".join(repr(float(v)) for v in row) for row in numbers)]
-    return "\n".join(lines) + "\n"
+    columns = [*(g.ravel() for g in grid), *(values.reshape(-1, 4) for _, _, values in parts)]
+    heads = [h for h, _ in axes] + [f"{k}{end}_{unit}" for k, unit, _ in parts for end in ENDS]
+    return heads, np.column_stack(columns)
 
 
 def _header(path: Path, text: str) -> tuple[list[list[str]], str, int]:

@@ -7,9 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from solidwhirl.bearing_tables.records import AXES
-from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
 
-IntArray = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
 #: Columns of the coefficients on (ux, uy) in the order of a raveled matrix.
 ENDS = ("xx", "xy", "yx", "yy")
 

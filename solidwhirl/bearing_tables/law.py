@@ -52,15 +52,14 @@ def as_table_law(table: CoefficientTable) -> dict[str, Any]:
     return law
 
 
-def law_toml(name: str, table: CoefficientTable, more: dict[str, Any]) -> str:
+def law_toml(name: str, table: CoefficientTable) -> str:
     """Return `[speed_laws.NAME]` with a table as TOML text, its source and notes as comments.
 
-    `more`: other keys of the law, such as `interpolation`. Raises as `as_table_law`.
+    Raises as `as_table_law`.
     """
     law = as_table_law(table)
     lines = [f"# {text}" for text in (table.source, *table.notes)]
     lines += [f"[speed_laws.{name}]", f'kind = "{law.pop("kind")}"']
-    lines += [f'{key} = "{value}"' for key, value in more.items()]
     for key, value in law.items():
         lines += _lines(key, value)
     return "\n".join(lines) + "\n"

@@ -4,19 +4,24 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from solidwhirl.core.errors import UserError, clean
+from solidwhirl.core.errors import SceneError
 from solidwhirl.rotordyn.core.arrays import FloatArray, freeze_arrays
 
-#: Axes of the arrays of a table, in their order, and how each is spelt in files of this program.
+#: Axes of the arrays of a table, in their order.
 AXES = ("loads_n", "speeds_rad_s", "frequencies_rad_s")
 
 
-class TableFileError(UserError):
+class TableFileError(SceneError):
     """A file of coefficients that can't be read, or a table that can't be used as asked."""
 
     def __init__(self, path: Path | str, problem: str) -> None:
-        super().__init__(clean(f"{path}: {problem}"))
+        super().__init__(path, [problem])
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Let an error cross from one process to another."""
+        return type(self), (self.path, self.problems[0])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -43,11 +48,9 @@ class CoefficientTable:
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, *(name for name in AXES if getattr(self, name) is not None))
-        names = ("stiffness_n_per_m", "damping_n_s_per_m", "mass_kg")
-        freeze_arrays(self, *names)
+        freeze_arrays(self)
         axes = [getattr(self, name) for name in AXES]
         shape = (*(1 if axis is None else axis.size for axis in axes), 2, 2)
-        for name in names:
+        for name in ("stiffness_n_per_m", "damping_n_s_per_m", "mass_kg"):
             if getattr(self, name).shape != shape:
                 raise ValueError(f"{name} has shape {getattr(self, name).shape}, not {shape}")

@@ -35,7 +35,7 @@ def read_ross(path: Path, text: str) -> dict[str, CoefficientTable]:
     version = str(data.get("ross_version", ""))
     found = {}
     for section, element in data.items():
-        if not isinstance(element, dict) or not {"kxx", "cxx"} <= set(element):
+        if not isinstance(element, dict) or None in (element.get("kxx"), element.get("cxx")):
             continue
         kind, _, rest = section.partition("_")
         tag = str(element.get("tag") or rest or section)

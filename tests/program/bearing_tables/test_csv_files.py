@@ -36,8 +36,12 @@ def spellings(unit):
     """A unit as makers write it."""
     key = unit.lower().replace("-", "_").replace("/", "_per_")
     pound = unit.replace("lb", "lbf")
-    out = [("{} [%s]" % unit, None), ("{}_" + key, None), ("{}", unit), ("{} (%s)" % pound, None)]
-    return [*out, ("{}", unit.replace("-", "*").replace("s2", "s**2").replace("in", "inch"))]
+    out = [("{} " + f"[{unit}]", None), ("{}_" + key, None), ("{} " + f"({pound})", None)]
+    return [
+        *out,
+        ("{}", unit),
+        ("{}", unit.replace("-", "*").replace("s2", "s**2").replace("/in", "/inch")),
+    ]
 
 
 SPELLINGS = {
@@ -117,7 +121,8 @@ def test_sheet_of_xltrc2(tmp_path):
 
 
 def test_missing_columns_and_decimal_commas():
-    text = "rpm;kxx [MN/m];kxy [MN/m];cxx [kN·s/m];power [kW]\n1000;1,5;2;3;9\n2000;2,5;2;3;9\n\n7;7;7;7;7"
+    text = "rpm;kxx [MN/m];kxy [MN/m];cxx [kN·s/m];power [kW]\n"
+    text += "1000;1,5;2;3;9\n2000;2,5;2;3;9\n\n7;7;7;7;7"
     table = read_csv(PATH, text)
     assert table.stiffness_n_per_m[0, 0, 0].tolist() == [[1.5e6, 2e6], [0.0, 1.5e6]]
     assert table.damping_n_s_per_m[0, 1, 0].tolist() == [[3e3, 0.0], [0.0, 3e3]]
