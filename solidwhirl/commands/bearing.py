@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from solidwhirl.bearing_tables import CoefficientTable
 
 EXAMPLES = examples(
-    "solidwhirl bearing pads.csv -o table.toml --picture pads.png",
+    "solidwhirl bearing pads.csv --out pads.toml --picture pads.png",
     'solidwhirl bearing rotor.toml --tag "Bearing 0" --csv bearing.csv',
-    "solidwhirl bearing --from-ross film.toml --speeds 3000:12000:1000 -o table.toml",
+    "solidwhirl bearing --from-ross film.toml --speeds 3000:9000:1000",
 )
 _WIDTH_WITHOUT_TERMINAL = 140
 _MOST_ROWS = 60
