@@ -9,9 +9,11 @@ from typing import Literal
 import numpy as np
 
 from solidwhirl.bearing_tables.records import CoefficientTable, TableFileError
+from solidwhirl.rotordyn.assembly.bearing_laws import mirrored
 from solidwhirl.rotordyn.core.arrays import FloatArray
 
 Axis = Literal["speed", "frequency"]
+Spin = Literal["x_to_y", "y_to_x"]
 _PARTS = ("stiffness_n_per_m", "damping_n_s_per_m", "mass_kg")
 
 
@@ -28,6 +30,15 @@ def turned(table: CoefficientTable, angle_deg: float) -> CoefficientTable:
         cos, sin = np.cos(np.radians(angle_deg)), np.sin(np.radians(angle_deg))
     turn = np.array([[cos, -sin], [sin, cos]])
     return _changed(table, lambda values: turn @ values @ turn.T + 0.0)
+
+
+def in_sense_of_spin(table: CoefficientTable, spin: Spin) -> CoefficientTable:
+    """Return a table in axes whose x turns towards y with the shaft.
+
+    `spin`: how the shaft turns in the maker's axes. Where it is "y_to_x", y is reversed, so that
+    cross terms change sign; nothing is assumed of the bearing.
+    """
+    return table if spin == "x_to_y" else _changed(table, mirrored)
 
 
 def at_load(table: CoefficientTable, load_n: float | None) -> CoefficientTable:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -38,31 +39,32 @@ def on_grid(
         values[name], place = np.unique(axes[name], return_inverse=True)
         where.append(place)
     sizes = [1 if values[name] is None else len(values[name]) for name in AXES]  # type: ignore[arg-type]
+    size = math.prod(sizes)
+    if size > count:
+        words = " × ".join(f"{n} of {_word(a)}" for n, a in zip(sizes, AXES, strict=True) if n > 1)
+        raise GridError(
+            f"{count} rows for {words}; a table over two axes needs a row for every combination "
+            "of their values"
+        )
     flat = np.ravel_multi_index(tuple(where), tuple(sizes))
-    _refuse_gaps(axes, flat, int(np.prod(sizes)))
+    _refuse_twice(axes, flat)
     order = np.argsort(flat)
     return values, {
         letter: _matrices(columns, letter)[order].reshape(*sizes, 2, 2) for letter in "kcm"
     }
 
 
-def _refuse_gaps(axes: Mapping[str, FloatArray], flat: IntArray, size: int) -> None:
-    """Refuse rows of one point, and points of the grid without a row."""
+def _refuse_twice(axes: Mapping[str, FloatArray], flat: IntArray) -> None:
+    """Refuse rows of one point; as many rows as points without any fill the grid."""
     if not axes and flat.size > 1:
         raise GridError(
             f"{flat.size} rows, but no column of speed, frequency or load tells them apart"
         )
-    times = np.bincount(flat, minlength=size)
+    times = np.bincount(flat)
     if times.max() > 1:
         row = int(np.flatnonzero(flat == int(times.argmax()))[0])
         point = " and ".join(f"{_word(name)} {axes[name][row]:.6g}" for name in axes)
         raise GridError(f"{times.max()} rows at {point} (SI); allowed is one")
-    if times.min() == 0:
-        words = " × ".join(f"{len(np.unique(axes[n]))} of {_word(n)}" for n in axes)
-        raise GridError(
-            f"{flat.size} rows for {words}; a table over two axes needs a row for every "
-            "combination of their values"
-        )
 
 
 def _matrices(columns: Mapping[str, FloatArray], letter: str) -> FloatArray:

@@ -54,6 +54,14 @@ class BearingOptions:
     load_n: Annotated[
         float | None, typer.Option(metavar="N", help="Load of the bearing, in a table over loads.")
     ] = None
+    maker_spin: Annotated[
+        str,
+        typer.Option(
+            metavar="x_to_y|y_to_x",
+            help="Sense of the spin in the maker's axes.",
+            autocompletion=completing(("x_to_y", "y_to_x")),
+        ),
+    ] = "x_to_y"
     turned_deg: Annotated[
         float,
         typer.Option(metavar="DEG", help="Angle of the maker's x axis from ours, towards y."),
@@ -115,11 +123,18 @@ def _work(options: BearingOptions) -> None:
 
 def _tables(options: BearingOptions) -> Mapping[str, CoefficientTable]:
     """Tables that are asked for by their tags, at the load and in the axes of the scene."""
-    from solidwhirl.bearing_tables import at_load, over, read_table, read_tables, turned
+    from solidwhirl.bearing_tables import (
+        at_load,
+        in_sense_of_spin,
+        over,
+        read_table,
+        read_tables,
+        turned,
+    )
 
     if (options.file is None) == (options.from_ross is None):
         raise UserError("give a FILE, or --from-ross with a film model")
-    axis = _axis(options.axis)
+    axis, spin = _axis(options.axis), _spin(options.maker_spin)
     if options.file is None:
         found = {"": _of_ross(options)}
     elif options.tag is None:
@@ -130,7 +145,7 @@ def _tables(options: BearingOptions) -> Mapping[str, CoefficientTable]:
     for tag, table in found.items():
         table = at_load(table, options.load_n) if options.load_n is not None else table
         table = table if axis is None else over(table, axis)
-        out[tag] = turned(table, options.turned_deg)
+        out[tag] = turned(in_sense_of_spin(table, spin), options.turned_deg)
     return out
 
 
@@ -142,6 +157,14 @@ def _axis(given: str | None) -> Literal["speed", "frequency"] | None:
     if given == "frequency":
         return "frequency"
     raise UserError(f"--axis: found {given!r}, allowed are speed and frequency")
+
+
+def _spin(given: str) -> Literal["x_to_y", "y_to_x"]:
+    if given == "x_to_y":
+        return "x_to_y"
+    if given == "y_to_x":
+        return "y_to_x"
+    raise UserError(f"--maker-spin: found {given!r}, allowed are x_to_y and y_to_x")
 
 
 def _of_ross(options: BearingOptions) -> CoefficientTable:

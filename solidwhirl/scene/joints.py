@@ -212,6 +212,7 @@ class FileLawSpec(Record):
     tag: Annotated[str, Field(min_length=1, max_length=200)] | None = None
     axis: Literal["speed", "frequency"] | None = None
     load_n: NotNegative | None = None
+    maker_spin: Literal["x_to_y", "y_to_x"] = "x_to_y"
     turned_deg: Finite = 0.0
     interpolation: Literal["linear", "monotone"] = "monotone"
 

@@ -6,7 +6,14 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from solidwhirl.bearing_tables import as_table_law, at_load, over, read_table, turned
+from solidwhirl.bearing_tables import (
+    as_table_law,
+    at_load,
+    in_sense_of_spin,
+    over,
+    read_table,
+    turned,
+)
 from solidwhirl.bearing_tables.records import TableFileError
 from solidwhirl.core.errors import Problem
 from solidwhirl.scene.joints import FileLawSpec, SpeedLawSpec, TableLawSpec
@@ -43,5 +50,6 @@ def table_law(spec: FileLawSpec) -> TableLawSpec:
     scene could not have either.
     """
     found = over(read_table(Path(spec.file), spec.tag), spec.axis)
-    law = as_table_law(turned(at_load(found, spec.load_n), spec.turned_deg))
+    ours = turned(in_sense_of_spin(at_load(found, spec.load_n), spec.maker_spin), spec.turned_deg)
+    law = as_table_law(ours)
     return TableLawSpec.model_validate({**law, "interpolation": spec.interpolation})

@@ -70,6 +70,15 @@ def test_axes_of_the_maker(tmp_path):
         np.testing.assert_allclose(skew, [[[7e7], [5e7]]], rtol=1e-12)
 
 
+def test_maker_who_looks_from_the_other_end(tmp_path):
+    """The film of a shaft that turns from y to x is that of ours with y reversed."""
+    law = read(tmp_path, maker_spin="y_to_x").speed_laws["pads"]
+    assert law.stiffness_n_per_m[0] == ((2e8, -3e7), (4e7, 5e8))
+    # a maker with vertical x and y to the other side: x' = y, y' = x
+    law = read(tmp_path, maker_spin="y_to_x", turned_deg=90).speed_laws["pads"]
+    assert law.stiffness_n_per_m[0] == ((5e8, -4e7), (3e7, 2e8))
+
+
 def test_load(tmp_path):
     lines = [f"{f},{s},{f * s}e3,{s}" for f in (100, 300) for s in (1000, 2000)]
     text = "load_n,speed_rpm,kxx_n_per_m,cxx_n_s_per_m\n" + "\n".join(lines)
