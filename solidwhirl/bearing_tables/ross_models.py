@@ -83,10 +83,10 @@ def film_table(path: Path, speeds_rad_s: FloatArray, python: Path | None) -> Coe
 def ross_python(given: Path | None) -> Path:
     """Return the Python of an environment that has ROSS.
 
-    The one given; else .venv-ross in the working folder, where tools/ross_environment.sh makes it;
-    else python3 of the PATH. Raises UserError: none of them has ROSS.
+    The one given, a path or a name on the PATH; else .venv-ross in the working folder, where
+    tools/ross_environment.sh makes it; else python3. Raises UserError: none of them has ROSS.
     """
-    for python in [given] if given else _likely():
+    for python in _likely() if given is None else [given.absolute() if given.exists() else given]:
         try:
             done = subprocess.run([python, "-c", _FOUND], check=False, capture_output=True)
         except OSError:
@@ -132,9 +132,11 @@ def _run(path: Path, python: Path, request: dict[str, Any]) -> dict[str, Any]:
             (folder / "request.json").write_text(json.dumps(request), encoding="utf-8")
         except TypeError as error:  # a date, which is no argument of a film
             raise TableFileError(path, f"arguments: {error}") from error
+        # a copy, as Python looks for modules beside what it runs, and ROSS's may have our names
+        script = folder / _SCRIPT.name
+        script.write_bytes(_SCRIPT.read_bytes())
         done = subprocess.run(
-            [python, _SCRIPT, "request.json", "reply.json"],
-            cwd=folder,
+            [python, script, folder / "request.json", folder / "reply.json"],
             check=False,
             capture_output=True,
             text=True,

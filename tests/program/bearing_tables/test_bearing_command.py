@@ -126,10 +126,11 @@ def test_damping_that_drives_in_one_direction(pads):
     )
 
 
-def test_film_model_in_an_environment_of_its_own(tmp_path, ross):
+def test_film_model_in_an_environment_of_its_own(tmp_path, ross, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     film, out = tmp_path / "film.toml", tmp_path / "film.csv"
     film.write_text('model = "Film"\n[arguments]\ngap = { value = 5, unit = "mm" }\noil = 3\n')
-    words = ("--from-ross", film, "--ross-python", ross, "--speeds", "300:1000:300")
+    words = ("--from-ross", film, "--ross-python", f"./{ross.name}", "--speeds", "300:1000:300")
     done = bearing(*words, "--csv", out)
     assert done.exit_code == 0, done.output
     assert "film.toml: Film of ROSS 9.9" in done.output
