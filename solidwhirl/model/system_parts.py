@@ -15,6 +15,7 @@ from solidwhirl.rotordyn import (
     LEE_ANISOTROPIC,
     LEE_ISOTROPIC,
     AssembledSystem,
+    AssemblyError,
     Bearing,
     Disk,
     Gear,
@@ -34,6 +35,7 @@ from solidwhirl.rotordyn.superelement.validation import MOTIONS
 from solidwhirl.scene.joints import (
     BeamSpec,
     BearingSpec,
+    FileLawSpec,
     GearSpec,
     PolynomialLawSpec,
     SpeedLawSpec,
@@ -166,6 +168,8 @@ def _law(name: str, spec: SpeedLawSpec, damped: bool) -> SpeedLaw:
             damping_n_s_per_m=np.array(spec.damping_n_s_per_m) * float(damped),
             interpolation=spec.interpolation,
         )
+    if isinstance(spec, FileLawSpec):
+        raise AssemblyError((f"law {name!r}: its file {spec.file!r} was not read with the scene",))
     return _PRESETS[spec.preset]
 
 

@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 from solidwhirl.core.fields import (
     MOST,
     ZERO_MATRIX,
+    BesideScene,
     EndText,
     Finite,
     Matrix,
@@ -203,6 +204,19 @@ class PresetLawSpec(Record):
     preset: Preset
 
 
+class FileLawSpec(Record):
+    """A table in a file of the bearing's maker; a scene that is read has the table in its place."""
+
+    kind: Literal["file"]
+    file: BesideScene
+    tag: Annotated[str, Field(min_length=1, max_length=200)] | None = None
+    axis: Literal["speed", "frequency"] | None = None
+    load_n: NotNegative | None = None
+    maker_spin: Literal["x_to_y", "y_to_x"] = "x_to_y"
+    turned_deg: Finite = 0.0
+    interpolation: Literal["linear", "monotone"] = "monotone"
+
+
 SpeedLawSpec = Annotated[
-    PolynomialLawSpec | TableLawSpec | PresetLawSpec, Field(discriminator="kind")
+    PolynomialLawSpec | TableLawSpec | PresetLawSpec | FileLawSpec, Field(discriminator="kind")
 ]
