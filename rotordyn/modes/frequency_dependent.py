@@ -175,7 +175,9 @@ def _edges(assembled: AssembledSystem, speed: float) -> FloatArray:
     knots = {knot for law in laws for knot in law.knots_of_frequency}
     if any(not isinstance(law, FrequencyTableLaw) for law in laws):
         ends = [_frozen(assembled, speed, omega).spectrum for omega in (0.0, _QUICK)]
-        size = np.abs(np.concatenate([v for e in ends for v in (e.eigenvalues, e.real_eigenvalues)]))
+        size = np.abs(
+            np.concatenate([v for e in ends for v in (e.eigenvalues, e.real_eigenvalues)])
+        )
         low, high = 0.1 * float(size.min(initial=1.0)), 2.0 * float(size.max(initial=10.0))
         count = max(2, int(np.ceil(_PER_DECADE * np.log10(high / low))))
         knots |= set(np.geomspace(low, high, count).tolist())

@@ -16,7 +16,7 @@ _DIGITS = 14
 
 
 def as_table_law(table: CoefficientTable) -> dict[str, Any]:
-    """Return a table as the keys of `kind = "table"`.
+    """Return a table as the keys of `kind = "table"`, or `"frequency_table"`.
 
     Coefficients are nested [speed], or [speed][frequency] with the key `frequency_hz`;
     `added_mass_kg` is there if any mass is not zero. A table over frequency alone holds at all
@@ -49,6 +49,8 @@ def as_table_law(table: CoefficientTable) -> dict[str, Any]:
     law["damping_n_s_per_m"] = nested(table.damping_n_s_per_m)
     if table.mass_kg.any():
         law["added_mass_kg"] = nested(table.mass_kg)
+    if frequencies is not None or table.mass_kg.any():
+        law["kind"] = "frequency_table"
     return law
 
 

@@ -16,7 +16,7 @@ from solidwhirl.bearing_tables import (
 )
 from solidwhirl.bearing_tables.records import TableFileError
 from solidwhirl.core.errors import Problem
-from solidwhirl.scene.joints import FileLawSpec, SpeedLawSpec, TableLawSpec
+from solidwhirl.scene.joints import FileLawSpec, FrequencyTableLawSpec, SpeedLawSpec, TableLawSpec
 from solidwhirl.scene.records import Scene
 
 
@@ -43,7 +43,7 @@ def with_laws_read(scene: Scene) -> tuple[Scene, list[str]]:
     return scene.model_copy(update={"speed_laws": laws}), problems
 
 
-def table_law(spec: FileLawSpec) -> TableLawSpec:
+def table_law(spec: FileLawSpec) -> TableLawSpec | FrequencyTableLawSpec:
     """Return the table in the file of a law, at its load and in the axes of the scene.
 
     Raises TableFileError: the file or a key is refused; pydantic.ValidationError: a table that a
@@ -52,4 +52,5 @@ def table_law(spec: FileLawSpec) -> TableLawSpec:
     found = over(read_table(Path(spec.file), spec.tag), spec.axis)
     ours = turned(in_sense_of_spin(at_load(found, spec.load_n), spec.maker_spin), spec.turned_deg)
     law = as_table_law(ours)
-    return TableLawSpec.model_validate({**law, "interpolation": spec.interpolation})
+    record = FrequencyTableLawSpec if law["kind"] == "frequency_table" else TableLawSpec
+    return record.model_validate({**law, "interpolation": spec.interpolation})

@@ -8,7 +8,7 @@ import numpy as np
 
 from solidwhirl.core.errors import repeated, unknown
 from solidwhirl.core.fields import alike_in_files
-from solidwhirl.scene.joints import BearingSpec, GearSpec
+from solidwhirl.scene.joints import ABSOLUTE, BearingSpec, GearSpec
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.recovery_references import recovery_problems
 from solidwhirl.scene_reading.analysis_checks import analysis_problems
@@ -83,7 +83,7 @@ def _law_problems(scene: Scene, bearing: BearingSpec) -> Iterator[str]:
         yield f"speed_law: {unknown('speed law', bearing.speed_law, known, none)}"
         return
     own = [np.array(m) for m in (bearing.stiffness_n_per_m, bearing.damping_n_s_per_m)]
-    if scene.speed_laws[bearing.speed_law].kind == "table":
+    if scene.speed_laws[bearing.speed_law].kind in ABSOLUTE:
         if any(m.any() for m in own):
             yield (
                 f"speed_law: {bearing.speed_law!r} is a table of absolute values; leave out "

