@@ -71,18 +71,20 @@ class StaticResponse:
     """A system at rest under constant loads, as far as it turns at a constant speed.
 
     `displacement`: in the independent coordinates, shape (n,); `load`: on the coordinates of all
-    bodies, shape (N,). `lines`: by body. `bearing_loads`: force and moment of the first side of
-    each bearing on its second, (6,); `bearing_motions`: of the first side relative to the second,
-    (6,), m and rad; `slopes_rad`: dux/dz, duy/dz of the first side, (2,). `gear_forces_n`: of the
-    teeth along the relative motion, from the torques given and from what else moves them; N m
-    where a gear has no base radius. `balance`: sum of all forces and moments about the origin on
-    each body, its weight by its mass and centre of gravity, (6,); zero in motions it can not make.
-    `relative_residual`: largest balance over the largest force or moment in it.
+    bodies, shape (N,); `points`: what acts beside the weight, forces of teeth too. `lines`: by
+    body. `bearing_loads`: force and moment of the first side of each bearing on its second, (6,);
+    `bearing_motions`: of the first side relative to the second, (6,), m and rad; `slopes_rad`:
+    dux/dz, duy/dz of the first side, (2,). `gear_forces_n`: of the teeth along the relative motion,
+    from the torques given and from what else moves them; N m where a gear has no base radius.
+    `balance`: sum of all forces and moments about the origin on each body, its weight by its mass
+    and centre of gravity, (6,); zero in motions it can not make. `relative_residual`: largest
+    balance over the largest force or moment in it.
     """
 
     speed_rad_s: float
     displacement: FloatArray
     load: FloatArray
+    points: tuple[PointLoad, ...]
     lines: Mapping[str, DeflectionLine]
     bearing_loads: Mapping[str, FloatArray]
     bearing_motions: Mapping[str, FloatArray]
@@ -129,6 +131,7 @@ def static_response(
         speed_rad_s=float(speed_rad_s),
         displacement=found,
         load=load,
+        points=tuple(acting),
         lines=lines,
         bearing_loads={name: np.asarray(force) for name, force in joints.bearings.items()},
         bearing_motions={b.name: joint_motion(assembled, b) @ found for b in every},

@@ -61,7 +61,7 @@ def test_sag_slope_and_loads_of_a_thick_shaft_on_two_supports():
             np.testing.assert_allclose(load[:3], 0.5 * LINE * LENGTH * way, rtol=1e-9, atol=1e-9)
             slope = sign * LINE * LENGTH**3 / (24.0 * BENDING) * way[:2]
             np.testing.assert_allclose(found.slopes_rad[name], slope, rtol=1e-9, atol=1e-18)
-        # the line itself: shear adds w L / 2 kGA to its slope at the end; differences miss 4 h^2 / L^2
+        # the line: shear adds w L / 2 kGA to its slope at the end, differences miss 4 h^2 / L^2
         whole = LINE * LENGTH**3 / (24.0 * BENDING) + LINE * LENGTH / (2.0 * SHEAR)
         np.testing.assert_allclose(line.slope_rad[0], whole * way[:2], rtol=8e-3, atol=1e-12)
         assert found.relative_residual < 1e-9
