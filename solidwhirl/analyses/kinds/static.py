@@ -232,7 +232,10 @@ def _response_document(system: AssembledSystem, found: StaticResponse) -> dict[s
         ],
         "balance": {
             "relative_residual": found.relative_residual,
-            "bodies": {name: total.tolist() for name, total in found.balance.items()},
+            "bodies": {
+                name: {"force_n": total[:3].tolist(), "moment_n_m": total[3:].tolist()}
+                for name, total in found.balance.items()
+            },
         },
     }
 
@@ -245,8 +248,9 @@ def _axial(system: AssembledSystem, end: End) -> float:
 def _headline(state: Mapping[str, Any]) -> str:
     sags = {name: body["sag_m"] for name, body in state["bodies"].items()}
     most = max(sags, key=sags.__getitem__)
-    loads = [f"{name} {bearing['load_n']:.4g} N" for name, bearing in state["bearings"].items()]
-    said = ", ".join(loads) or "none"
+    loads = {name: bearing["load_n"] for name, bearing in state["bearings"].items()}
+    least = _ROUNDING * max(loads.values(), default=0.0)
+    said = ", ".join(f"{n} {load:.4g} N" for n, load in loads.items() if load > least) or "none"
     return f"largest sag {1e6 * sags[most]:.4g} µm ({most}); bearing loads {said}"
 
 
