@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -55,8 +55,9 @@ def static_chart(direction: str, states: Sequence[LoadedState]) -> charts.Chart:
     """
     size = max(float(np.abs(x.deflection_m).max(initial=0.0)) for s in states for x in s.lines)
     unit, factor = charts.metric(size, "m")
-    options = [charts.Option(label=s.label, marks=_marks(s, factor)) for s in states]
-    single = len(options) == 1
+    single = len(states) == 1
+    named = _label if single else _written
+    options = [charts.Option(label=s.label, marks=_marks(s, factor, named)) for s in states]
     return charts.Chart(
         name=f"static-{direction}",
         title=f"Deflection and forces along {direction}",
@@ -72,7 +73,9 @@ def static_chart(direction: str, states: Sequence[LoadedState]) -> charts.Chart:
     )
 
 
-def _marks(state: LoadedState, factor: float) -> list[charts.Mark]:
+def _marks(
+    state: LoadedState, factor: float, named: Callable[[float, float, str], charts.Mark]
+) -> list[charts.Mark]:
     marks: list[charts.Mark] = [
         charts.Rule(at=0.0, along="y", look=charts.Look("@ink", "solid", width=0.8))
     ]
@@ -85,25 +88,39 @@ def _marks(state: LoadedState, factor: float) -> list[charts.Mark]:
     # the line without deflection is seen too
     span = float(np.ptp(np.concatenate([*every, np.zeros(1)]))) or 1.0
     largest = max((abs(arrow.force_n) for arrow in state.arrows), default=0.0)
-    for arrow in state.arrows:
-        if abs(arrow.force_n) > _NONE * largest:
-            long = _LONGEST * span * arrow.force_n / largest
-            marks += _arrow(arrow, factor * arrow.deflection_m, long)
-    return marks
+    shown = [arrow for arrow in state.arrows if abs(arrow.force_n) > _NONE * largest]
+    drawn = [
+        _arrow(arrow, factor * arrow.deflection_m, _LONGEST * span * arrow.force_n / largest, named)
+        for arrow in sorted(shown, key=lambda arrow: (not arrow.of_support, arrow.force_n < 0.0))
+    ]
+    # what looks alike one after the other, so that it is one entry of a legend
+    return [*marks, *(mark for same in zip(*drawn, strict=True) for mark in same)]
 
 
-def _arrow(arrow: Arrow, tip: float, long: float) -> list[charts.Mark]:
-    """A line whose head touches the shaft, and its number at the other end."""
+def _arrow(
+    arrow: Arrow, tip: float, long: float, named: Callable[[float, float, str], charts.Mark]
+) -> tuple[charts.Mark, ...]:
+    """A line, the head with which it touches the shaft, and its number at the other end."""
     look = _SUPPORT if arrow.of_support else _GIVEN
     unit, factor = charts.metric(arrow.force_n, "N")
     said = f"{arrow.name} {factor * arrow.force_n:.4g} {unit}"
     head = charts.Look(look.color, "", "triangle-up" if long > 0.0 else "triangle-down", 11.0)
     kind = "force of a bearing" if arrow.of_support else "load"
     place = np.array([arrow.axial_m, arrow.axial_m])
-    return [
+    return (
         charts.Curve(
-            x=place, y=np.array([tip - long, tip]), name=kind, look=look, texts=[said] * 2
+            x=place, y=tip - np.array([long, 0.0]), name=kind, look=look, texts=[said] * 2
         ),
         charts.Curve(x=place[:1], y=np.array([tip]), look=head, texts=[said]),
-        charts.Label(x=arrow.axial_m, y=tip - long, text=said, side="right"),
-    ]
+        named(arrow.axial_m, tip - long, said),
+    )
+
+
+def _label(x: float, y: float, text: str) -> charts.Mark:
+    return charts.Label(x=x, y=y, text=text, side="right")
+
+
+def _written(x: float, y: float, text: str) -> charts.Mark:
+    """A text that is shown and hidden with its option."""
+    dot = charts.Look("@ink", "", "circle", 3.0)
+    return charts.Curve(x=np.array([x]), y=np.array([y]), look=dot, written=text)
