@@ -18,6 +18,7 @@ from solidwhirl.analyses.kinds.run_up import RunUpSpec
 from solidwhirl.analyses.kinds.separation_margins import SeparationMarginsSpec
 from solidwhirl.analyses.kinds.stability import StabilitySpec
 from solidwhirl.analyses.kinds.state_space import StateSpaceSpec
+from solidwhirl.analyses.kinds.static import StaticSpec
 from solidwhirl.analyses.kinds.stiffness_study import StiffnessStudySpec
 from solidwhirl.analyses.kinds.unbalance_response import UnbalanceResponseSpec
 from solidwhirl.analyses.kinds.waterfall import WaterfallSpec
@@ -35,6 +36,7 @@ AnalysisSpec = Annotated[
     | StabilitySpec
     | BearingLawsSpec
     | RunUpSpec
+    | StaticSpec
     | StateSpaceSpec
     | RecoverySpec
     | NodalDiametersSpec

@@ -58,6 +58,10 @@ def _actions(scene: Scene) -> Iterator[tuple[str, str, str]]:
     for analysis in scene.analyses:
         for place in getattr(analysis, "drives", ()):
             yield place, "rz", f"drive of {analysis.label}"
+        for force in getattr(analysis, "forces", ()):
+            for motion in force.motions:
+                if motion in EFFECT_OF:
+                    yield force.at, motion, f"force of {analysis.label}"
     for name, body in scene.finite_element_bodies().items():
         for disk in body.rigid_disks:
             for motion in ("rx", "ry"):

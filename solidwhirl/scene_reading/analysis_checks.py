@@ -12,6 +12,7 @@ from solidwhirl.analyses.kinds.critical_speed_map import CriticalSpeedMapSpec
 from solidwhirl.analyses.kinds.nodal_diameters import NodalDiametersSpec
 from solidwhirl.analyses.kinds.run_up import RunUpSpec
 from solidwhirl.analyses.kinds.separation_margins import SeparationMarginsSpec
+from solidwhirl.analyses.kinds.static import StaticSpec
 from solidwhirl.analyses.kinds.stiffness_study import StiffnessStudySpec
 from solidwhirl.analyses.registry import AnalysisSpec
 from solidwhirl.core.errors import unknown
@@ -19,9 +20,8 @@ from solidwhirl.geometry.features import MOST
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.scene.joints import ABSOLUTE
 from solidwhirl.scene.records import Scene
-from solidwhirl.scene_checks.interface_motions import acting_on, is_off_axis
+from solidwhirl.scene_checks.interface_motions import EFFECT_OF, acting_on, is_off_axis
 from solidwhirl.scene_checks.recovery_references import no_common_sector, no_solid, sectors_of
-from solidwhirl.scene_reading.weight import weight_problems
 
 # Keys of analyses by what they name.
 _PLACES = ("at", "observe", "excite", "places", "inputs", "outputs", "drives")
@@ -80,6 +80,8 @@ def _further_problems(scene: Scene, spec: AnalysisSpec) -> Iterator[str]:
         yield from _support_problems(scene, spec)
     if isinstance(spec, RunUpSpec):
         yield from _run_up_problems(scene, spec)
+    if isinstance(spec, StaticSpec):
+        yield from _static_problems(scene, spec)
     if isinstance(spec, NodalDiametersSpec):
         yield from _nodal_problems(scene, spec)
     if isinstance(spec, AsymmetricResponseSpec):
@@ -172,21 +174,41 @@ def _run_up_problems(scene: Scene, spec: RunUpSpec) -> Iterator[str]:
             f"sampling_hz: {spec.sampling_hz:g}, but the fastest unbalance turns at {fastest:.6g} "
             f"Hz; at least {2.0 * np.pi * fastest / _LARGEST_ANGLE_RAD:.6g} is needed"
         )
-    gravity = spec.gravity_m_per_s2
-    if gravity is not None and gravity[2] != 0.0 and not _moves_axially(scene):
-        yield (
-            f"gravity_m_per_s2: {gravity[2]:g} along z, but no body can move along the axis; "
-            "nothing acts on uz or the effect axial is off"
-        )
-    elif gravity is not None:
-        yield from (f"gravity_m_per_s2: {text}" for text in weight_problems(scene, gravity))
-    if spec.compare_flexible and (spec.drives or gravity is not None):
+    yield from _axial_problems(scene, spec.gravity_m_per_s2)
+    if spec.compare_flexible and (spec.drives or spec.gravity_m_per_s2 is not None):
         yield (
             "compare_flexible: models are compared without weight and drives; give "
             "gravity_m_per_s2 and drives in a run_up of their own"
         )
     if spec.drives and scene.effects.torsion == "off":
         yield "drives: they act on rz, and the effect torsion is off"
+
+
+def _static_problems(scene: Scene, spec: StaticSpec) -> Iterator[str]:
+    """Loads along motions that are left out, gears that load nothing, and what falls."""
+    for k, force in enumerate(spec.forces):
+        effects = {EFFECT_OF[m] for m in force.motions if m in EFFECT_OF}
+        for off in sorted(e for e in effects if getattr(scene.effects, e) == "off"):
+            yield f"forces[{k}]: it acts on motions of the effect {off}, which is off"
+    gears = {gear.name: gear for gear in scene.gears}
+    for k, one in enumerate(spec.gears):
+        if one.gear not in gears:
+            yield f"gears[{k}].gear: {unknown('gear', one.gear, list(gears))}"
+        elif gears[one.gear].line_of_action_deg is None:
+            yield (
+                f"gears[{k}].gear: {one.gear!r} has no line_of_action_deg, so that its teeth load "
+                "no bearing; give it, and base_radius_first_m"
+            )
+    yield from _axial_problems(scene, spec.gravity_m_per_s2)
+
+
+def _axial_problems(scene: Scene, gravity: tuple[float, float, float] | None) -> Iterator[str]:
+    """Weight along an axis along which nothing moves."""
+    if gravity is not None and gravity[2] != 0.0 and not _moves_axially(scene):
+        yield (
+            f"gravity_m_per_s2: {gravity[2]:g} along z, but no body can move along the axis; "
+            "nothing acts on uz or the effect axial is off"
+        )
 
 
 def _moves_axially(scene: Scene) -> bool:

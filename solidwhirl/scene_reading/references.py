@@ -12,6 +12,7 @@ from solidwhirl.scene.joints import ABSOLUTE, BearingSpec, GearSpec
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.recovery_references import recovery_problems
 from solidwhirl.scene_reading.analysis_checks import analysis_problems
+from solidwhirl.scene_reading.weight import load_problems
 
 # Keys that act on a motion, and its row in them.
 _MOTIONS = {
@@ -41,7 +42,8 @@ def reference_problems(scene: Scene) -> list[str]:
         problems += [f"{where}.{text}" for text in _wound_problems(scene, bearing)]
     for k, gear in enumerate(scene.gears):
         problems += [f"gears[{k}].{text}" for text in _gear_problems(scene, gear, places)]
-    return problems + analysis_problems(scene) + recovery_problems(scene)
+    problems += [*analysis_problems(scene), *recovery_problems(scene)]
+    return problems or load_problems(scene)
 
 
 def _alike_analyses(names: Sequence[str]) -> Iterator[str]:

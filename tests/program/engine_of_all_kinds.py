@@ -93,5 +93,9 @@ observe = ["lp.m"]
 unbalances = [{ at = "lp.m", moment_kg_m = 1e-5 }]
 compare_flexible = [["lp"], []]
 bands_hz = [[10.0, 90.0]]
+[static]  # the engine hangs on one mount: weight would turn it
+speeds_rpm = [0.0, 6000.0]
+gravity_m_per_s2 = [0.0, 0.0, 0.0]
+forces = [{ at = "casing.a", force_n = [50.0, -20.0, 0.0] }]
 """)
 ENGINE["analyses"] = [{"kind": kind, **analysis} for kind, analysis in KINDS.items()]

@@ -45,6 +45,7 @@ FILES = {
     + [f"_{t}.png" for t in ("spectrogram", "waterfall", "response", "complexity")],
     "state_space": [".h5", ".npz", ".mat"],
     "bearing_laws": ["_A.png", "_C.png"],
+    "static": ["_0rpm.png", "_6000rpm.png"],
 }
 # lengths of what keys hold; none where that is a number, or of any length
 SHAPES = tomllib.loads("""
@@ -60,6 +61,7 @@ mode_shapes = { speeds = [1] }
 separation_margins = { operating = [1], margins = [] }
 bearing_laws = { bearings = [2], notes = [] }
 run_up = { largest_mount_force_n = [], force_spectrum_peaks = [], energy = [5] }
+static = { speeds = [2], forces = [1], gears = [], notes = [] }
 state_space = { inputs = [5], outputs = [15], speed_rpm = [], files = [3] }
 stability = { speed_rpm = [5], smallest_log_decrement = [5], growing_motions = [5], threshold = [] }
 """)
@@ -76,13 +78,15 @@ def document(folder):
     return results_in(folder)
 
 
-UNITS = ("_m", "_m_per_s", "_hz", "_rpm", "_n", "_deg", "_kg_m", "_s", "_per_s", "_j")
+UNITS = ("_m", "_m_per_s", "_hz", "_rpm", "_n", "_deg", "_kg_m", "_s", "_per_s", "_j",
+         "_m_per_s2", "_kg", "_rad")  # fmt: skip
 PURE = """
     amplification amplification_factor frequency_ratio speed_ratio orders share mirrored margin
     share_of_kinetic_energy kinetic_energy strain_energy_of_bodies strain_energy_of_joints
     interface_deflection required required_api_617 branch checks
     log_decrement smallest_log_decrement growing_motions
-    largest_relative_residual states steps steps_per_frozen_speed_at_most force_per_force
+    largest_relative_residual relative_residual states steps steps_per_frozen_speed_at_most
+    force_per_force
     frequency_error_estimate amplitude_error_estimate sampling_error_estimate error_parts
     coordinates peak_force_error response_error_by_band choice_is_at_the_end_of_the_range
 """
