@@ -114,8 +114,8 @@ def overhung_masses_kg(
 ) -> tuple[float, float]:
     """Return the masses beyond the first and beyond the last journal, kg.
 
-    They are what weighs on the interfaces beyond: masses between an interface and the journal are
-    shared by both as their static deflection shares them, and only the part of the interface counts.
+    They are what weighs on the interfaces beyond. What lies between an interface and the journal is
+    shared by both as their static deflections are, and only the part of the interface counts.
     """
     ends = [axial_m(assembled, seat) for seat in seats.values()]
     below = above = 0.0

@@ -143,7 +143,7 @@ def _cases_of(
     if len(inner) == 1:
         cases.append(_case("static", inner, [sum(journals.loads_kg.values())], rules))
     elif inner:
-        near = [min(places, key=lambda n, a=a: abs(places[n] - a.axial_m)) for a in inner]
+        near = [_nearest(places, a.axial_m) for a in inner]
         cases.append(_case("couple", inner, [journals.loads_kg[n] for n in near], rules))
     sides = ([a for a in along if a.axial_m < low], [a for a in along if a.axial_m > high])
     for side, mass in zip(sides, journals.overhung_kg, strict=True):
@@ -151,6 +151,10 @@ def _cases_of(
         if top is not None and abs(top.height) >= min(rules.outboard, 1.0) and mass > 0.0:
             cases.append(_case("overhung", [top], [mass], rules))
     return cases
+
+
+def _nearest(places: Mapping[str, float], axial: float) -> str:
+    return min(places, key=lambda name: abs(places[name] - axial))
 
 
 def _tops(along: Sequence[_Antinode], low: float, high: float) -> list[_Antinode]:

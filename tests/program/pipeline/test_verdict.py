@@ -151,9 +151,8 @@ def test_a_stable_rotor_alarms_of_nothing():
 def test_the_limit_of_a_standard_is_that_of_scenes_that_chose_it(chosen, limit):
     asked = [RESPONSE, {**MARGINS, **chosen}]
     document = verdict(1e6, 500.0, asked, operating=OPERATING)
-    assert document["verdict"]["vibration"][0]["api617_limit_um"] == (
-        limit and pytest.approx(limit, rel=1e-14)
-    )
+    found = document["verdict"]["vibration"][0]["api617_limit_um"]
+    assert found == (limit and pytest.approx(limit, rel=1e-14))
     said = next(a.text for a in answers(document) if a.about == "Vibration")
     assert ("API 617" in said) is (limit is not None)
 
