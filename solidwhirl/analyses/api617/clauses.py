@@ -10,6 +10,9 @@ from solidwhirl.rotordyn.standards.api617_stability import LEAST_DECREMENT
 
 Verdict = Literal["pass", "fail", "undecided", "not applicable"]
 
+# Subjects whose figures are amplitudes; those of the others have no unit.
+_IN_METRES = ("vibration", "clearance")
+
 # Clauses by edition; of the 6th those of the first tutorial, API RP 684.
 _CLAUSES: dict[str, dict[Edition, str]] = {
     "margin": {"8th": "4.8.2.10", "9th": "6.8.2", "legacy": "SP6.8.2.10"},
@@ -59,20 +62,22 @@ def row_text(row: Mapping[str, Any]) -> str:
     place = f" {row['where']}" if row["where"] else ""
     note = f" ({row['note']})" if row["note"] else ""
     said = f"{row['clause']}, {row['what']}{place}{note}"
-    if row["value"] is None or row["limit"] is None:
+    value, limit = (figure_text(row, key) for key in ("value", "limit"))
+    if "–" in (value, limit):
         return said
-    sign = "≥" if row["wants"] == "at least" else "≤"
-    texts = size_text(row["value"], row["unit"]), size_text(row["limit"], row["unit"])
-    return f"{said}: {texts[0]}, asked {sign} {texts[1]}"
+    return f"{said}: {value}, asked {limit}"
 
 
-def size_text(value: float | None, unit: str) -> str:
-    """Return a figure with its unit as a reader wants it."""
+def figure_text(row: Mapping[str, Any], key: str) -> str:
+    """Return the "value" or the "limit" of a row with its unit, "–" if there is none."""
+    in_metres = row["subject"] in _IN_METRES
+    value = row[f"{key}_m" if in_metres else key]
     if value is None:
         return "–"
-    if unit == "part":
-        return f"{100.0 * value:.1f} %"
-    return f"{1e6 * value:.3g} µm" if unit == "m" else f"{value:.3g}"
+    sign = {"at least": "≥ ", "at most": "≤ "}[row["wants"]] if key == "limit" else ""
+    if in_metres:
+        return f"{sign}{1e6 * value:.3g} µm"
+    return f"{sign}{100.0 * value:.1f} %" if row["subject"] == "margin" else f"{sign}{value:.3g}"
 
 
 def _row(
@@ -84,18 +89,18 @@ def _row(
     *,
     value: float | None = None,
     limit: float | None = None,
-    unit: str = "part",
 ) -> dict[str, Any]:
     """A row; `to_spare` is what is left, as a part of the limit or of the operating speed."""
-    at_least = subject != "vibration" and subject != "clearance"
+    in_metres = subject in _IN_METRES
     to_spare = None
     if value is not None and limit is not None:
-        to_spare = value - limit if unit == "part" else abs(value - limit) / limit
-        if unit != "part" and (value < limit) is at_least:
-            to_spare = -to_spare
+        more = limit - value if in_metres else value - limit
+        to_spare = more if subject == "margin" else more / limit
+    none = {"value": None, "limit": None, "value_m": None, "limit_m": None}
+    own = {"value_m": value, "limit_m": limit} if in_metres else {"value": value, "limit": limit}
     return {
-        "subject": subject, "what": what, "where": where, "value": value, "limit": limit,
-        "unit": unit, "wants": "at least" if at_least else "at most", "to_spare": to_spare,
+        "subject": subject, "what": what, "where": where, **none, **own,
+        "wants": "at most" if in_metres else "at least", "to_spare": to_spare,
         "error_estimate": None, "verdict": verdict, "note": note,
     }  # fmt: skip
 
@@ -145,7 +150,7 @@ def _vibration_rows(document: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
         row = _row(
             "vibration", "vibration at operating speeds", f"{case}, {probe}",
             "pass" if value <= limit else "fail", f"at {own['largest_at_rpm']:.0f} rpm",
-            value=value, limit=limit, unit="m",
+            value=value, limit=limit,
         )  # fmt: skip
         at_top = [p for p in own["peaks"] if p["speed_rpm"] == own["largest_at_rpm"]]
         row["error_estimate"] = at_top[0]["height_error_estimate"] if at_top else None
@@ -161,7 +166,7 @@ def _clearance_rows(document: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
             if own["floating_ring"]:
                 verdict, note = "not applicable", "floating ring"
             yield _row("clearance", "75 % of the clearance", f"{case}, {own['at']}", verdict, note,
-                       value=value, limit=limit, unit="m")  # fmt: skip
+                       value=value, limit=limit)  # fmt: skip
     if not any(found["clearances"] for found in document["cases"].values()):
         yield _row("clearance", "75 % of the clearance", "", "not applicable", "no clearance given")
 
@@ -176,7 +181,7 @@ def _level_1_row(document: Mapping[str, Any]) -> dict[str, Any]:
     if not found["detailed"]:
         value = found["log_decrement_at_expected"]
         return _row("level 1", what, "", "pass", found["why"],
-                    value=value, limit=LEAST_DECREMENT, unit="1")  # fmt: skip
+                    value=value, limit=LEAST_DECREMENT)  # fmt: skip
     if document["level_2"] is None:
         note = f"{found['why']}: level II is asked for, and level_2 is not given"
         return _row("level 1", what, "", "undecided", note)
@@ -190,4 +195,4 @@ def _level_2_row(document: Mapping[str, Any]) -> dict[str, Any]:
     value = found["log_decrement"]
     verdict: Verdict = "pass" if value >= LEAST_DECREMENT else "fail"
     note = "log decrement of the complete rotor"
-    return _row("level 2", what, "", verdict, note, value=value, limit=LEAST_DECREMENT, unit="1")
+    return _row("level 2", what, "", verdict, note, value=value, limit=LEAST_DECREMENT)

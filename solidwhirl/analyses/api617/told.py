@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from solidwhirl.analyses.api617.clauses import size_text
+from solidwhirl.analyses.api617.clauses import figure_text
 from solidwhirl.core.blocks import AnalysisBlock, Table, Text, margin_words, numbers
 from solidwhirl.rotordyn.plots import chart as charts
 from solidwhirl.rotordyn.plots.campbell import error_words
@@ -64,12 +64,9 @@ def _clause_table(document: Mapping[str, Any]) -> Table:
                 row["clause"],
                 row["what"],
                 row["where"],
-                size_text(row["value"], row["unit"]),
-                "–"
-                if row["limit"] is None
-                else f"{'≥' if row['wants'] == 'at least' else '≤'} "
-                f"{size_text(row['limit'], row['unit'])}",
-                size_text(row["to_spare"], "part"),
+                figure_text(row, "value"),
+                figure_text(row, "limit"),
+                "–" if row["to_spare"] is None else f"{100.0 * row['to_spare']:.1f} %",
                 "–" if row["error_estimate"] is None else error_words(row["error_estimate"]),
                 f"**{row['verdict']}**" if row["verdict"] == "fail" else row["verdict"],
                 row["note"],

@@ -311,9 +311,9 @@ class Api617Spec(base.Analysis):
         """One row for each thing that a clause asks."""
         rows = document["clauses"]
         kinds: dict[str, type] = dict.fromkeys(
-            ("value", "limit", "to_spare", "error_estimate"), float
+            ("value", "limit", "value_m", "limit_m", "to_spare", "error_estimate"), float
         )
-        kinds |= dict.fromkeys(("clause", "what", "where", "unit", "verdict"), str)
+        kinds |= dict.fromkeys(("clause", "what", "where", "verdict"), str)
         return Labels(
             {k: ("row", np.array([row[k] for row in rows], kind)) for k, kind in kinds.items()}
         )

@@ -45,6 +45,7 @@ FILES = {
     + [f"_{t}.png" for t in ("spectrogram", "waterfall", "response", "complexity")],
     "state_space": [".h5", ".npz", ".mat"],
     "bearing_laws": ["_A.png", "_C.png"],
+    "api617": [".png", "_stability.png"],
 }
 # lengths of what keys hold; none where that is a number, or of any length
 SHAPES = tomllib.loads("""
@@ -76,7 +77,22 @@ def document(folder):
     return results_in(folder)
 
 
-UNITS = ("_m", "_m_per_s", "_hz", "_rpm", "_n", "_deg", "_kg_m", "_s", "_per_s", "_j")
+UNITS = (
+    "_m",
+    "_m_per_s",
+    "_hz",
+    "_rpm",
+    "_n",
+    "_deg",
+    "_kg_m",
+    "_s",
+    "_per_s",
+    "_j",
+    "_kg",
+    "_n_per_m",
+    "_kg_per_m3",
+    "_mm_per_s",
+)
 PURE = """
     amplification amplification_factor frequency_ratio speed_ratio orders share mirrored margin
     share_of_kinetic_energy kinetic_energy strain_energy_of_bodies strain_energy_of_joints
@@ -84,7 +100,9 @@ PURE = """
     log_decrement smallest_log_decrement growing_motions
     largest_relative_residual states steps steps_per_frozen_speed_at_most force_per_force
     frequency_error_estimate amplitude_error_estimate sampling_error_estimate error_parts
-    coordinates peak_force_error response_error_by_band choice_is_at_the_end_of_the_range
+    to_spare value limit margin required_margin error_estimate height_error_estimate
+    speed_error_estimate scale_factor times_expected critical_speed_ratio applied_at
+    log_decrement_at_expected coordinates peak_force_error response_error_by_band choice_is_at_the_end_of_the_range
 """
 
 
