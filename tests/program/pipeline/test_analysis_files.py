@@ -78,20 +78,8 @@ def document(folder):
 
 
 UNITS = (
-    "_m",
-    "_m_per_s",
-    "_hz",
-    "_rpm",
-    "_n",
-    "_deg",
-    "_kg_m",
-    "_s",
-    "_per_s",
-    "_j",
-    "_kg",
-    "_n_per_m",
-    "_kg_per_m3",
-    "_mm_per_s",
+    *("_m", "_m_per_s", "_hz", "_rpm", "_n", "_deg", "_kg_m", "_s", "_per_s", "_j", "_kg"),
+    *("_n_per_m", "_kg_per_m3", "_mm_per_s"),
 )
 PURE = """
     amplification amplification_factor frequency_ratio speed_ratio orders share mirrored margin
@@ -102,7 +90,8 @@ PURE = """
     frequency_error_estimate amplitude_error_estimate sampling_error_estimate error_parts
     to_spare value limit margin required_margin error_estimate height_error_estimate
     speed_error_estimate scale_factor times_expected critical_speed_ratio applied_at
-    log_decrement_at_expected coordinates peak_force_error response_error_by_band choice_is_at_the_end_of_the_range
+    log_decrement_at_expected worst_to_spare
+    coordinates peak_force_error response_error_by_band choice_is_at_the_end_of_the_range
 """
 
 
