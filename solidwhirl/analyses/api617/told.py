@@ -232,6 +232,7 @@ def response_charts(document: Mapping[str, Any]) -> list[charts.Chart]:
     top = max(case["speed_rpm"][-1] for case in document["cases"].values())
     axis = charts.speed_axis(0.0, top, _SPEED)
     limit = _MICRO * vibration_limit_m(document["speeds"]["maximum_continuous_rpm"])
+    high = 1.3 * max(limit, *(_MICRO * max(p["peak_to_peak_m"]) for p in _probes(document)))
     amplitude = charts.Chart(
         name="api617-amplitude",
         title="Vibration at the probes",
@@ -240,7 +241,7 @@ def response_charts(document: Mapping[str, Any]) -> list[charts.Chart]:
         alt="Peak to peak amplitude at each probe over the speed; the table of peaks has the "
         "numbers.",
         x=axis,
-        y=charts.Axis(label="peak to peak", unit="µm", low=0.0, digits=".4g"),
+        y=charts.Axis(label="peak to peak", unit="µm", low=0.0, high=high, digits=".4g"),
         parts=[
             *_speeds(document),
             charts.Rule(at=limit, along="y", name="limit of vibration", text=f"{limit:.3g} µm"),
@@ -259,6 +260,10 @@ def response_charts(document: Mapping[str, Any]) -> list[charts.Chart]:
         height_px=320,
     )
     return [amplitude, phase]
+
+
+def _probes(document: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    return [own for case in document["cases"].values() for own in case["probes"].values()]
 
 
 def _speeds(document: Mapping[str, Any]) -> list[charts.Part]:
@@ -293,7 +298,6 @@ def _amplitudes(case: Mapping[str, Any]) -> list[charts.Mark]:
                 charts.Curve(
                     x=numbers([p["speed_rpm"] for p in peaks]),
                     y=_MICRO * numbers([p["peak_to_peak_m"] for p in peaks]),
-                    name=probe,
                     look=replace(charts.RING, color=look.color),
                     texts=[_peak_text(p) for p in peaks],
                 )

@@ -277,6 +277,10 @@ class Api617Spec(base.Analysis):
             f"on between journals, {100.0 * self.outboard_threshold:g} % beyond "
             "(inboard_threshold, outboard_threshold); they are sought at interfaces"
         )
+        yield (
+            "masses beyond outer journals are what weighs on interfaces there, without what lies "
+            "next to the journal (overhangs)"
+        )
         if self.trip_rpm is None:
             yield f"trip speed {machine.trip_rpm:g} rpm, 1.05 times the maximum (trip_rpm)"
         yield "numbers of clauses, and that probes must keep to the limit without scaling"
