@@ -79,18 +79,6 @@ operating_speed_rpm = 4000.0
 stiffness_from_n_per_m = 1e6
 stiffness_to_n_per_m = 1e8
 frequency_max_hz = 150.0
-[api617]
-shaft = "lp"
-minimum_speed_rpm = 3000.0
-maximum_continuous_rpm = 5000.0
-probes = [{ at = "lp.a", angle_deg = [0.0, 90.0] }]
-clearances = [
-  { at = "lp.m", diametral_m = 3e-4 },
-  { at = "lp.b", diametral_m = 3e-4, floating_ring = true },
-]
-stages = [{ at = "lp.m", power_w = 1e5, diameter_m = 0.4, height_m = 0.02, density_ratio = 1.2 }]
-level_2 = [{ name = "seal", cross_couplings = [{ at = "lp.m", stiffness_n_per_m = 1e4 }] }]
-overhangs = [{ bearing = "B", mass_kg = 2.0 }]
 [separation_margins]
 operating = [{ shaft = "lp", from_rpm = 5000.0, to_rpm = 6000.0 }]
 search_factor = 1.5
@@ -105,5 +93,17 @@ observe = ["lp.m"]
 unbalances = [{ at = "lp.m", moment_kg_m = 1e-5 }]
 compare_flexible = [["lp"], []]
 bands_hz = [[10.0, 90.0]]
+[api617]
+shaft = "lp"
+minimum_speed_rpm = 3000.0
+maximum_continuous_rpm = 5000.0
+probes = [{ at = "lp.a", angle_deg = [0.0, 90.0] }]
+clearances = [
+  { at = "lp.m", diametral_m = 3e-4 },
+  { at = "lp.b", diametral_m = 3e-4, floating_ring = true },
+]
+stages = [{ at = "lp.m", power_w = 1e5, diameter_m = 0.4, height_m = 0.02, density_ratio = 1.2 }]
+level_2 = [{ name = "seal", cross_couplings = [{ at = "lp.m", stiffness_n_per_m = 1e4 }] }]
+overhangs = [{ bearing = "B", mass_kg = 2.0 }]
 """)
 ENGINE["analyses"] = [{"kind": kind, **analysis} for kind, analysis in KINDS.items()]

@@ -58,6 +58,7 @@ stiffness_study = { stiffness_n_per_m = [3], frequency_hz = [31], amplitude_m = 
     highest_m = [3, 31] }
 rotating_campbell = { speed_rpm = [3], bodies = [2] }
 mode_shapes = { speeds = [1] }
+api617 = { journals = [2], assumptions = [], overhung_kg = [2] }
 separation_margins = { operating = [1], margins = [] }
 bearing_laws = { bearings = [2], notes = [] }
 run_up = { largest_mount_force_n = [], force_spectrum_peaks = [], energy = [5] }
