@@ -7,6 +7,7 @@ from typing import Annotated, get_args
 from pydantic import Field
 
 from solidwhirl.analyses.base import Analysis
+from solidwhirl.analyses.kinds.api617 import Api617Spec
 from solidwhirl.analyses.kinds.asymmetric_response import AsymmetricResponseSpec
 from solidwhirl.analyses.kinds.bearing_laws import BearingLawsSpec
 from solidwhirl.analyses.kinds.critical_speed_map import CriticalSpeedMapSpec
@@ -33,6 +34,7 @@ AnalysisSpec = Annotated[
     | RotatingCampbellSpec
     | ModeShapesSpec
     | SeparationMarginsSpec
+    | Api617Spec
     | StabilitySpec
     | BearingLawsSpec
     | RunUpSpec

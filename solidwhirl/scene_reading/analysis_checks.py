@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from solidwhirl.analyses.kinds.api617 import Api617Spec
 from solidwhirl.analyses.kinds.asymmetric_response import AsymmetricResponseSpec
 from solidwhirl.analyses.kinds.critical_speed_map import CriticalSpeedMapSpec
 from solidwhirl.analyses.kinds.nodal_diameters import NodalDiametersSpec
@@ -24,9 +25,9 @@ from solidwhirl.scene_checks.interface_motions import EFFECT_OF, acting_on, is_o
 from solidwhirl.scene_checks.recovery_references import no_common_sector, no_solid, sectors_of
 
 # Keys of analyses by what they name.
-_PLACES = ("at", "observe", "excite", "places", "inputs", "outputs", "drives")
+_PLACES = ("at", "observe", "excite", "places", "inputs", "outputs", "drives", "applied_at")
 _BODIES = ("bodies", "body", "excited_by", "shaft", "compare_flexible")
-_BEARINGS = ("bearings", "mount")
+_BEARINGS = ("bearings", "bearing", "journals", "mount")
 # What a run-up must record and step per turn of an unbalance.
 _RECORDS_PER_TURN = 2.5
 _LARGEST_ANGLE_RAD = 1.0
@@ -86,8 +87,36 @@ def _further_problems(scene: Scene, spec: AnalysisSpec) -> Iterator[str]:
         yield from _nodal_problems(scene, spec)
     if isinstance(spec, AsymmetricResponseSpec):
         yield from _bow_problems(scene, spec)
+    if isinstance(spec, Api617Spec):
+        yield from _api617_problems(scene, spec)
     if isinstance(spec, SeparationMarginsSpec) and not (spec.operating or scene.operating):
         yield "operating: missing; give it here or as [[operating]] of the scene"
+
+
+def _api617_problems(scene: Scene, spec: Api617Spec) -> Iterator[str]:
+    """A shaft or speeds that are not told, and places and journals of other bodies."""
+    missing = spec.missing(scene.operating)
+    if missing is not None:
+        yield missing
+        return
+    shaft = spec.machine(scene.operating, lambda name: abs(scene.speed_ratio(name))).shaft
+    ratios = scene.speed_ratios()
+    own = [name for name, ratio in ratios.items() if ratio == ratios[shaft]]
+    for key, value in _named(spec):
+        if _last(key) in _PLACES and value.partition(".")[0] not in own:
+            yield f"{key}: {value!r} does not turn with {shaft!r}; bodies that do are {own}"
+    holding = {
+        b.name
+        for b in scene.bearings
+        if sum(end.partition(".")[0] in own for end in (b.first, b.second) if end) == 1
+    }
+    for key, value in _named(spec):
+        if _last(key) in ("journals", "bearing") and value not in holding:
+            yield f"{key}: {value!r} does not hold {shaft!r} against anything else"
+    used = [(k, name) for k, source in enumerate(spec.level_2) for name in source.bearings or ()]
+    for k, name in used:
+        if [other for _, other in used].count(name) > 1:
+            yield f"level_2[{k}].bearings: {name!r} stands in more than one group"
 
 
 def _nodal_problems(scene: Scene, spec: NodalDiametersSpec) -> Iterator[str]:

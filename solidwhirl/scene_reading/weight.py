@@ -209,6 +209,8 @@ def _tabled(scene: Scene, bearing: BearingSpec) -> FloatArray:
     law = scene.speed_laws.get(bearing.speed_law or "")
     if law is not None and law.kind == "table":
         return np.vstack(law.stiffness_n_per_m)
+    if law is not None and law.kind == "frequency_table":
+        return np.vstack([np.array(m)[:2, :2] for row in law.stiffness_n_per_m for m in row])
     return np.array(bearing.stiffness_n_per_m)
 
 
