@@ -18,10 +18,17 @@ from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.nonlinear.forced_system import ForcedSystem
-from solidwhirl.rotordyn.nonlinear.harmonic_balance import Point, at_speed, corrected
+from solidwhirl.rotordyn.nonlinear.harmonic_balance import (
+    Point,
+    at_speed,
+    balance,
+    corrected,
+)
 
 # Steps along a branch: the first, the shortest and the longest; how they grow and shrink.
-_FIRST, _SHORTEST, _LONGEST = 1e-3, 1e-8, 0.04
+_FIRST, _SHORTEST, _LONGEST = 1e-3, 1e-7, 0.04
+# How far behind a corner of a branch, where a gap closes all along an orbit, the next motion is.
+_CORNER = 1e-5
 _GROWN, _SHRUNK = 1.5, 0.4
 # Corrections after which a step may grow, and those from which on it shrinks.
 _FEW, _MANY = 4, 7
@@ -72,7 +79,10 @@ def branches(
     last = first.points[-1].point
     if last.speed_rad_s >= to_rad_s * (1.0 - 1e-12):
         return (first,)
-    other = first_point(forced, to_rad_s, harmonics)
+    try:
+        other = first_point(forced, to_rad_s, harmonics)
+    except AnalysisError:  # the first branch remains
+        return (first,)
     return first, follow(forced, other, (from_rad_s, to_rad_s), -1.0)
 
 
@@ -118,9 +128,14 @@ def follow(
         ahead = _step(forced, here, step, scale)
         if ahead is None or _cosine(here, ahead, scale) < _TURN:
             step *= _SHRUNK
-            if step < _SHORTEST:
+            if step >= _SHORTEST:
+                continue
+            ahead = _round_corner(forced, here, scale)
+            if ahead is None:
                 return Branch(tuple(points), False)
-            continue
+            if here.along_speed * ahead.along_speed < 0.0:
+                points[-1] = here = replace(here, is_turning=True)
+            step = _FIRST
         if not low <= ahead.point.speed_rad_s <= high:
             end = high if ahead.point.speed_rad_s > high else low
             last = at_speed(forced, ahead.point.motion_m, end)
@@ -180,6 +195,31 @@ def _step(
     row = along / scale.length_m**2, faster / scale.speed_rad_s**2
     found = corrected(forced, guess, row, scale.length_m)
     return None if found is None else _tangent(found, along, faster, scale)
+
+
+def _round_corner(
+    forced: ForcedSystem, here: BranchPoint, scale: _Scale
+) -> BranchPoint | None:
+    """Return a motion behind a corner just ahead, None if there is none.
+
+    Its tangent there is that of the equations beyond the corner, in whichever sense they hold.
+    """
+    motion = here.point.motion_m
+    over = here.point.motion_m + _CORNER * here.along_motion.reshape(motion.shape)
+    speed = here.point.speed_rad_s + _CORNER * here.along_speed
+    beyond = Point(over, speed, balance(forced, over, speed), 0)
+    if not np.isfinite(beyond.balance.residual_m).all():
+        return None
+    next_way = _tangent(beyond, here.along_motion, here.along_speed, scale)
+    for sense in (1.0, -1.0):
+        along, faster = sense * next_way.along_motion, sense * next_way.along_speed
+        way = replace(here, along_motion=along, along_speed=faster)
+        found = _step(forced, way, _CORNER, scale)
+        if found is None or _cosine(way, found, scale) < _TURN:
+            continue
+        if abs(_cosine(here, found, scale)) < _TURN:
+            return found
+    return None
 
 
 def _cosine(here: BranchPoint, ahead: BranchPoint, scale: _Scale) -> float:

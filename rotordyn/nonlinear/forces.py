@@ -139,20 +139,25 @@ class SqueezeFilm:
 
     def at(self, displacement_m: FloatArray, velocity_m_per_s: FloatArray) -> ForceSamples:
         """Return the force at samples (t, 2); nan where the journal would touch its housing."""
-        u, v, eye = displacement_m, velocity_m_per_s, np.eye(2)
+        u, v = displacement_m, velocity_m_per_s
         point, weight = np.polynomial.legendre.leggauss(_FILM_POINTS)
         angle = np.arctan2(v[:, 1], v[:, 0])[:, None] + 0.5 * np.pi * point
-        e = np.stack((np.cos(angle), np.sin(angle)), axis=-1)
-        height = self.clearance_m - np.einsum("tpi,ti->tp", e, u)
+        c, s = np.cos(angle), np.sin(angle)
+        height = self.clearance_m - c * u[:, :1] - s * u[:, 1:]
         inside = np.hypot(u[:, 0], u[:, 1]) < self.clearance_m
         height = np.where(inside[:, None], height, np.nan)
         size = self.viscosity_pa_s * self.radius_m * self.length_m**3
         share = 0.5 * np.pi * size * weight / height**3
-        damping = np.einsum("tp,tpi,tpj->tij", share, e, e)
-        speed = np.einsum("tpi,ti->tp", e, v)
-        stiffness = np.einsum("tp,tpi,tpj->tij", 3.0 * share * speed / height, e, e)
-        force = np.einsum("tij,tj->ti", damping, v) + self.centring_n_per_m * u
-        return ForceSamples(force, stiffness + self.centring_n_per_m * eye, damping)
+        damping = _dyads(share, c, s)
+        stiffness = _dyads(3.0 * share * (c * v[:, :1] + s * v[:, 1:]) / height, c, s)
+        force = (damping @ v[:, :, None])[:, :, 0] + self.centring_n_per_m * u
+        return ForceSamples(force, stiffness + self.centring_n_per_m * np.eye(2), damping)
+
+
+def _dyads(share: FloatArray, c: FloatArray, s: FloatArray) -> FloatArray:
+    """Sum of shares times e eᵀ, e = (c, s), over the last axis of (t, p), shape (t, 2, 2)."""
+    xx, xy, yy = ((share * each).sum(axis=1) for each in (c * c, c * s, s * s))
+    return np.stack((xx, xy, xy, yy), axis=1).reshape(-1, 2, 2)
 
 
 def _refuse_negative(record: object, *keys: str) -> None:

@@ -19,7 +19,7 @@ from solidwhirl.rotordyn.nonlinear.forced_system import Condensed, ForcedSystem,
 from solidwhirl.rotordyn.nonlinear.forces import ForceSamples
 
 # Samples of a period: at least, and per harmonic.
-_SAMPLES, _PER_HARMONIC = 256, 16
+_SAMPLES, _PER_HARMONIC = 512, 16
 _MOST_STEPS, _SHORTENED = 14, 6
 # A correction, relative to the motion, at which Newton's method has converged.
 _CONVERGED = 1e-11
@@ -215,8 +215,9 @@ def corrected(
             ):
                 break
             part *= 0.5
-        else:
-            return None
+        else:  # rounding may be all that is left
+            is_near = size <= 1e3 * _CONVERGED * length_m
+            return Point(motion, speed, found, count) if is_near else None
         motion, speed, found = moved, faster, tried
         if part == 1.0 and la.norm(step[:-1]) <= 1e3 * _CONVERGED * length_m:
             return Point(motion, speed, found, count + 1)

@@ -124,7 +124,7 @@ def nonlinear_response(
     places: Sequence[End],
     *,
     gravity_m_per_s2: npt.ArrayLike = (0.0, 0.0, 0.0),
-    tolerance: float = 1e-4,
+    tolerance: float = 1e-3,
 ) -> NonlinearResponse:
     """Return the motion with the period of the unbalance over the speed.
 

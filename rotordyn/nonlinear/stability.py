@@ -14,12 +14,12 @@ from solidwhirl.rotordyn.nonlinear.forced_system import ForcedSystem, decaying_r
 from solidwhirl.rotordyn.nonlinear.harmonic_balance import joint_samples, series_at
 
 # Modes at rest that small motions are made of: at least, at most, and up to so many times ω.
-_FEWEST, _MOST, _TIMES = 12, 28, 6.0
+_FEWEST, _MOST, _TIMES = 8, 16, 6.0
 # Columns shorter than this beside the others are dropped.
 _DEPENDENT = 1e-7
 # Steps of a period, a power of 2. The error falls with their fourth power, with the square where
 # a gap opens or closes.
-_STEPS = 256
+_STEPS = 128
 # A motion grows if a multiplier is above 1 by more than this; less is rounding.
 GROWS = 1e-6
 
@@ -50,11 +50,13 @@ def small_motions(forced: ForcedSystem, top_rad_s: float) -> SmallMotions:
     low = int(np.count_nonzero(squared <= (_TIMES * omega) ** 2))
     kept = shapes[:, : min(max(low, _FEWEST), _MOST)]
     added = decaying_response(system, forced.motion, forced.frequency_ratio, top_rad_s)
-    columns = np.hstack((kept, added.real, added.imag))
-    columns = columns / np.sqrt(np.einsum("ij,ij->j", columns, system.mass @ columns))
+    columns = np.hstack((added.real, added.imag))
+    for _ in range(2):  # the second time what rounding has left
+        columns = columns - kept @ (kept.T @ (system.mass @ columns))
+        columns = columns / np.sqrt(np.einsum("ij,ij->j", columns, system.mass @ columns))
     size, turn = la.eigh(columns.T @ system.mass @ columns)
     found = size > _DEPENDENT * size[-1]
-    basis = columns @ (turn[:, found] / np.sqrt(size[found]))
+    basis = np.hstack((kept, columns @ (turn[:, found] / np.sqrt(size[found]))))
     return SmallMotions(
         system=project_system(system, basis), motion=forced.motion @ basis, forced=forced
     )
