@@ -197,9 +197,7 @@ def _step(
     return None if found is None else _tangent(found, along, faster, scale)
 
 
-def _round_corner(
-    forced: ForcedSystem, here: BranchPoint, scale: _Scale
-) -> BranchPoint | None:
+def _round_corner(forced: ForcedSystem, here: BranchPoint, scale: _Scale) -> BranchPoint | None:
     """Return a motion behind a corner just ahead, None if there is none.
 
     Its tangent there is that of the equations beyond the corner, in whichever sense they hold.

@@ -70,7 +70,8 @@ class ForcedSystem:
 
         A complex one damps what the joints see of a resonance; the constant part is real.
         """
-        return np.where(np.arange(harmonics + 1) > 0, 1.0 + 1.0j, 1.0) * self.shift_n_per_m
+        turning = np.where(np.arange(harmonics + 1) > 0, 1.0 + 1.0j, 1.0 + 0.0j)
+        return np.asarray(turning * self.shift_n_per_m, dtype=complex)
 
 
 class Condensed(NamedTuple):
@@ -137,7 +138,7 @@ def decaying_response(
 
 
 def _relative_motion(assembled: AssembledSystem, joint: NonlinearJoint) -> FloatArray:
-    """ux and uy of the first side relative to the second, shape (2, n)."""
+    """Ux and uy of the first side relative to the second, shape (2, n)."""
     motion = np.zeros((2, assembled.size))
     for end, sign in ((joint.first, 1.0), (joint.second, -1.0)):
         if end is not None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
+from scipy.special import roots_legendre
 
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
@@ -140,7 +141,7 @@ class SqueezeFilm:
     def at(self, displacement_m: FloatArray, velocity_m_per_s: FloatArray) -> ForceSamples:
         """Return the force at samples (t, 2); nan where the journal would touch its housing."""
         u, v = displacement_m, velocity_m_per_s
-        point, weight = np.polynomial.legendre.leggauss(_FILM_POINTS)
+        point, weight = roots_legendre(_FILM_POINTS)
         angle = np.arctan2(v[:, 1], v[:, 0])[:, None] + 0.5 * np.pi * point
         c, s = np.cos(angle), np.sin(angle)
         height = self.clearance_m - c * u[:, :1] - s * u[:, 1:]
@@ -157,7 +158,7 @@ class SqueezeFilm:
 def _dyads(share: FloatArray, c: FloatArray, s: FloatArray) -> FloatArray:
     """Sum of shares times e eᵀ, e = (c, s), over the last axis of (t, p), shape (t, 2, 2)."""
     xx, xy, yy = ((share * each).sum(axis=1) for each in (c * c, c * s, s * s))
-    return np.stack((xx, xy, xy, yy), axis=1).reshape(-1, 2, 2)
+    return np.asarray(np.stack((xx, xy, xy, yy), axis=1).reshape(-1, 2, 2))
 
 
 def _refuse_negative(record: object, *keys: str) -> None:

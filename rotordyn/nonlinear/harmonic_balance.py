@@ -23,6 +23,7 @@ _SAMPLES, _PER_HARMONIC = 512, 16
 _MOST_STEPS, _SHORTENED = 14, 6
 # A correction, relative to the motion, at which Newton's method has converged.
 _CONVERGED = 1e-11
+_TINY = float(np.finfo(float).tiny)
 
 
 class Fourier(NamedTuple):
@@ -89,7 +90,11 @@ def as_complex(coefficients: FloatArray) -> ComplexArray:
 def as_real(amplitudes: ComplexArray) -> FloatArray:
     """Return real coefficients from amplitudes of e^{ikθ}, (2h + 1, ...) from (h + 1, ...)."""
     found = np.empty((2 * len(amplitudes) - 1, *amplitudes.shape[1:]))
-    found[0], found[1::2], found[2::2] = amplitudes[0].real, amplitudes[1:].real, -amplitudes[1:].imag
+    found[0], found[1::2], found[2::2] = (
+        amplitudes[0].real,
+        amplitudes[1:].real,
+        -amplitudes[1:].imag,
+    )
     return found
 
 
@@ -196,9 +201,9 @@ def corrected(
     for count in range(_MOST_STEPS):
         whole = np.block([[found.by_motion, found.by_speed[:, None]], [row[0][None], row[1]]])
         # speeds in units in which they move as much
-        unit = length_m / max(float(la.norm(found.by_speed)), np.finfo(float).tiny)
+        unit = length_m / (float(la.norm(found.by_speed)) + _TINY)
         whole[:, -1] *= unit
-        whole[-1] /= max(float(la.norm(whole[-1])), np.finfo(float).tiny)
+        whole[-1] /= float(la.norm(whole[-1])) + _TINY
         try:
             step = np.linalg.solve(whole, np.append(-found.residual_m, 0.0))
         except np.linalg.LinAlgError:
@@ -229,6 +234,4 @@ def corrected(
 def at_speed(forced: ForcedSystem, motion_m: FloatArray, speed_rad_s: float) -> Point | None:
     """Return the motion in balance at a speed near a guess (2h + 1, 2j); None if none is found."""
     length = max(float(np.abs(motion_m).max()), 1e-12)
-    return corrected(
-        forced, (motion_m, speed_rad_s), (np.zeros(motion_m.size), 1.0), length
-    )
+    return corrected(forced, (motion_m, speed_rad_s), (np.zeros(motion_m.size), 1.0), length)

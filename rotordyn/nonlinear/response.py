@@ -140,9 +140,7 @@ def nonlinear_response(
         raise AnalysisError(f"speeds are {low:g} and {high:g} rad/s; they must rise from above 0")
     for place in places:
         check_lateral(assembled, place, f"motion at {place.label}")
-    forced = forced_system(
-        assembled, joints, unbalances, np.sqrt(low * high), gravity_m_per_s2
-    )
+    forced = forced_system(assembled, joints, unbalances, np.sqrt(low * high), gravity_m_per_s2)
     found, harmonics, truncation = _converged(forced, (low, high), tolerance)
     rows = np.concatenate([seat_motion(assembled, place)[:2] for place in places])
     told = tuple(_told(forced, branch, rows, high) for branch in found)
@@ -174,9 +172,7 @@ def _converged(
 def _truncation(forced: ForcedSystem, branch: Branch, harmonics: int) -> float:
     """Largest relative change of some motions and speeds of a branch with more harmonics."""
     every = max(1, len(branch.points) // _CHECKED)
-    checked = [
-        p for k, p in enumerate(branch.points) if k % every == 0 or p.is_turning
-    ]
+    checked = [p for k, p in enumerate(branch.points) if k % every == 0 or p.is_turning]
     return max(_change(forced, p, harmonics) for p in checked)
 
 
@@ -202,7 +198,7 @@ def place_motion(forced: ForcedSystem, point: Point, rows: FloatArray) -> Comple
 def _radius(motion_m: ComplexArray) -> FloatArray:
     """Largest distance in a motion (h + 1, 2 places) at each place."""
     values = fourier(len(motion_m) - 1).values @ as_real(motion_m)
-    return np.hypot(values[:, 0::2], values[:, 1::2]).max(axis=0)
+    return np.asarray(np.hypot(values[:, 0::2], values[:, 1::2]).max(axis=0))
 
 
 def _told(

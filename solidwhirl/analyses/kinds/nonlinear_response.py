@@ -64,9 +64,7 @@ class CubicSpringSpec(NonlinearJointSpec):
 
     def force(self, spin_sense: int) -> NonlinearForce:
         """Return the force."""
-        return CubicSpring(
-            radial_n_per_m3=self.radial_n_per_m3, along_n_per_m3=self.along_n_per_m3
-        )
+        return CubicSpring(radial_n_per_m3=self.radial_n_per_m3, along_n_per_m3=self.along_n_per_m3)
 
 
 class ClearanceSpec(NonlinearJointSpec):
@@ -157,7 +155,7 @@ class NonlinearResponseSpec(base.Analysis):
             gravity_m_per_s2=(*(self.gravity_m_per_s2 or (0.0, 0.0)), 0.0),
             tolerance=self.tolerance,
         )
-        document = {
+        document: dict[str, Any] = {
             "unbalances": [u.model_dump() for u in self.unbalances],
             "nonlinear": [joint.model_dump() for joint in self.nonlinear],
             "branches": [_branch_document(b, observed) for b in found.branches],

@@ -111,7 +111,10 @@ def test_turning_points_and_jumps_of_a_radial_spring():
         assert (jump.after_m[0] < jump.before_m[0]) == (jump.direction == "up")
         ends = [speed(jump.after_m[0], side) for side in (1.0, -1.0)]
         assert min(np.abs(np.array(ends) / jump.speed_rad_s - 1.0)) < 1e-9
-        assert min(abs(speed(jump.before_m[0], s) / jump.speed_rad_s - 1.0) for s in (1.0, -1.0)) < 1e-9  # noqa: E501
+        assert (
+            min(abs(speed(jump.before_m[0], s) / jump.speed_rad_s - 1.0) for s in (1.0, -1.0))
+            < 1e-9
+        )
 
 
 def test_stability_of_a_rubbing_orbit():
@@ -134,7 +137,9 @@ def test_stability_of_a_rubbing_orbit():
     found = multipliers(small_motions(problem, 2500.0), point.motion_m, omega)
     for value in wanted:
         assert np.abs(found - value).min() < 1e-5
-    assert np.abs(wanted).max() > 1.01 and abs(found[0]) == pytest.approx(np.abs(wanted).max(), rel=1e-5)
+    assert np.abs(wanted).max() > 1.01 and abs(found[0]) == pytest.approx(
+        np.abs(wanted).max(), rel=1e-5
+    )
     changes = response(force).changes
     assert [c.kind for c in changes] == ["quasi-periodic"] and changes[0].speed_rad_s < omega
 
@@ -162,7 +167,9 @@ def test_free_oscillation_of_a_cubic_spring(alpha):
         errors.append(np.mean(speeds) / exact - 1.0)
     backbone = np.sqrt(1 + 0.75 * alpha) / exact - 1.0
     assert errors[0] == pytest.approx(backbone, rel=1e-6)
-    assert errors[0] * exact + exact == pytest.approx({1.0: 1.322876, 0.1: 1.036822}[alpha], abs=5e-7)  # noqa: E501
+    assert errors[0] * exact + exact == pytest.approx(
+        {1.0: 1.322876, 0.1: 1.036822}[alpha], abs=5e-7
+    )
     # each further harmonic brings the error down by a factor; rounding of the two loads remains
     ratio = np.abs(errors[:-1]) / np.maximum(np.abs(errors[1:]), 1e-12)
     assert (ratio[:2] > 20.0).all() and abs(errors[3]) < 2e-7
@@ -241,8 +248,12 @@ def shaft():
 
 def test_derivatives_and_linear_limit(shaft):
     linear = nonlinear_response(
-        shaft, [NonlinearJoint(first=HUB, force=CubicSpring())], unbalance(1e-4), (200.0, 290.0), [HUB]
-    )  # fmt: skip
+        shaft,
+        [NonlinearJoint(first=HUB, force=CubicSpring())],
+        unbalance(1e-4),
+        (200.0, 290.0),
+        [HUB],
+    )
     (branch,) = linear.branches
     wanted = unbalance_response(shaft, unbalance(1e-4), branch.speeds_rad_s[::9]).exciters[0]
     given = wanted.at_node("rotor", "hub")
