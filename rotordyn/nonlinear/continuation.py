@@ -26,7 +26,7 @@ from solidwhirl.rotordyn.nonlinear.harmonic_balance import (
 )
 
 # Steps along a branch: the first, the shortest and the longest; how they grow and shrink.
-_FIRST, _SHORTEST, _LONGEST = 1e-3, 1e-7, 0.04
+_FIRST, _SHORTEST, _LONGEST = 1e-3, 1e-7, 0.025
 # How far behind a corner of a branch, where a gap closes all along an orbit, the next motion is.
 _CORNER = 1e-5
 _GROWN, _SHRUNK = 1.5, 0.4
