@@ -18,7 +18,7 @@ from solidwhirl.rotordyn.assembly.system import (
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.critical_speeds.undamped import undamped_critical_speeds
 from solidwhirl.rotordyn.modes.whirl import unbalance_excitation
-from solidwhirl.rotordyn.run_up.loads import static_equilibrium
+from solidwhirl.rotordyn.response.static import static_equilibrium
 
 # Bearings below this part of the stiffest one do not carry a shaft.
 _CARRIES = 0.01

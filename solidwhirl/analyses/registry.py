@@ -13,6 +13,7 @@ from solidwhirl.analyses.kinds.bearing_laws import BearingLawsSpec
 from solidwhirl.analyses.kinds.critical_speed_map import CriticalSpeedMapSpec
 from solidwhirl.analyses.kinds.mode_shapes import ModeShapesSpec
 from solidwhirl.analyses.kinds.nodal_diameters import NodalDiametersSpec
+from solidwhirl.analyses.kinds.nonlinear_response import NonlinearResponseSpec
 from solidwhirl.analyses.kinds.place_map import PlaceMapSpec
 from solidwhirl.analyses.kinds.rotating_campbell import RotatingCampbellSpec
 from solidwhirl.analyses.kinds.run_up import RunUpSpec
@@ -42,7 +43,8 @@ AnalysisSpec = Annotated[
     | StateSpaceSpec
     | RecoverySpec
     | NodalDiametersSpec
-    | AsymmetricResponseSpec,
+    | AsymmetricResponseSpec
+    | NonlinearResponseSpec,
     Field(discriminator="kind"),
 ]
 

@@ -11,6 +11,7 @@ from solidwhirl.analyses.kinds.api617 import Api617Spec
 from solidwhirl.analyses.kinds.asymmetric_response import AsymmetricResponseSpec
 from solidwhirl.analyses.kinds.critical_speed_map import CriticalSpeedMapSpec
 from solidwhirl.analyses.kinds.nodal_diameters import NodalDiametersSpec
+from solidwhirl.analyses.kinds.nonlinear_response import ClearanceSpec, NonlinearResponseSpec
 from solidwhirl.analyses.kinds.run_up import RunUpSpec
 from solidwhirl.analyses.kinds.separation_margins import SeparationMarginsSpec
 from solidwhirl.analyses.kinds.static import StaticSpec
@@ -25,7 +26,10 @@ from solidwhirl.scene_checks.interface_motions import EFFECT_OF, acting_on, is_o
 from solidwhirl.scene_checks.recovery_references import no_common_sector, no_solid, sectors_of
 
 # Keys of analyses by what they name.
-_PLACES = ("at", "observe", "excite", "places", "inputs", "outputs", "drives", "applied_at")
+_PLACES = (
+    *("at", "observe", "excite", "places", "inputs", "outputs", "drives", "applied_at"),
+    "first",
+)
 _BODIES = ("bodies", "body", "excited_by", "shaft", "compare_flexible")
 _BEARINGS = ("bearings", "bearing", "journals", "mount")
 # What a run-up must record and step per turn of an unbalance.
@@ -62,6 +66,8 @@ def _name_problems(scene: Scene, spec: AnalysisSpec, places: list[str]) -> Itera
         kind = _last(key)
         if kind in _PLACES and value not in places:
             yield f"{key}: {unknown('interface', value, places)}"
+        elif kind == "second" and value not in [*places, "ground"]:
+            yield f"{key}: {unknown('interface', value, [*places, 'ground'])}"
         elif kind in _BODIES and value not in bodies:
             yield f"{key}: {unknown('body', value, bodies)}"
         elif kind in _BEARINGS and value not in bearings:
@@ -85,6 +91,8 @@ def _further_problems(scene: Scene, spec: AnalysisSpec) -> Iterator[str]:
         yield from _static_problems(scene, spec)
     if isinstance(spec, NodalDiametersSpec):
         yield from _nodal_problems(scene, spec)
+    if isinstance(spec, NonlinearResponseSpec):
+        yield from _nonlinear_problems(scene, spec)
     if isinstance(spec, AsymmetricResponseSpec):
         yield from _bow_problems(scene, spec)
     if isinstance(spec, Api617Spec):
@@ -163,6 +171,27 @@ def _bow_problems(scene: Scene, spec: AsymmetricResponseSpec) -> Iterator[str]:
             yield (
                 f"bows[{k}].between: {', '.join(bow.between)}, and the bow is at {at}; the three "
                 f"must differ, allowed are {', '.join(name for name in known if name != at)}"
+            )
+
+
+def _nonlinear_problems(scene: Scene, spec: NonlinearResponseSpec) -> Iterator[str]:
+    """Unbalances that turn at several speeds, and friction where nothing slides."""
+
+    def ratio(place: str) -> float:
+        return 0.0 if place == "ground" else scene.speed_ratio(place.partition(".")[0])
+
+    turns = sorted({abs(ratio(u.at)) for u in spec.unbalances})
+    if len(turns) > 1:
+        yield (
+            f"unbalances: they turn at {turns[0]:g} and {turns[-1]:g} times the speed; all must "
+            "turn at one, so that the motion repeats; give each its own nonlinear_response"
+        )
+    for k, joint in enumerate(spec.nonlinear):
+        slides = ratio(joint.first) != ratio(joint.second)
+        if isinstance(joint, ClearanceSpec) and joint.friction and not slides:
+            yield (
+                f"nonlinear[{k}].friction: {joint.first!r} and {joint.second!r} turn at one speed; "
+                "friction needs ends that slide on each other"
             )
 
 
