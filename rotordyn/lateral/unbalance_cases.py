@@ -144,7 +144,9 @@ def _cases_of(
         cases.append(_case("static", inner, [sum(journals.loads_kg.values())], rules))
     elif inner:
         near = [_nearest(places, a.axial_m) for a in inner]
-        cases.append(_case("couple", inner, [journals.loads_kg[n] for n in near], rules))
+        # a journal that an overhang lifts carries a load as well
+        loads = [abs(journals.loads_kg[n]) for n in near]
+        cases.append(_case("couple", inner, loads, rules))
     sides = ([a for a in along if a.axial_m < low], [a for a in along if a.axial_m > high])
     for side, mass in zip(sides, journals.overhung_kg, strict=True):
         top = max(side, key=lambda a: abs(a.height), default=None)

@@ -111,6 +111,15 @@ def test_static_and_couple_unbalance(ratio):
     assert [u.moment_kg_m for u in couple.unbalances] == pytest.approx(wanted)
 
 
+def test_a_journal_that_is_lifted_carries_its_load():
+    system = rotor([(0.0, 400.0)], stiffness=2e6)
+    journals, _ = journals_of(system)
+    assert min(journals.loads_kg.values()) < 0.0
+    cases = unbalance_cases(system, "rotor", journals, RULES, 2000.0)
+    loads = [load for case in cases if case.kind == "couple" for load in case.loads_kg]
+    assert loads and min(loads) > 0.0
+
+
 def test_overhung_unbalance():
     """An overhung wheel moves most in the first mode; its mass beyond the journal counts."""
     system = rotor([(0.0, 40.0)], stiffness=5e7)
