@@ -186,8 +186,10 @@ class PlainSystem:
 
 def _add(total: FloatArray, size: FloatArray, rows: FloatArray, term: FloatArray) -> None:
     """Add the term of a part that moves by these rows, in place."""
-    total += rows.T @ term @ rows
-    size += np.abs(rows).T @ np.abs(term) @ np.abs(rows)
+    moved = np.flatnonzero(rows.any(axis=0))  # most coordinates are of other parts
+    own, at = rows[:, moved], np.ix_(moved, moved)
+    total[at] += own.T @ term @ own
+    size[at] += np.abs(own).T @ np.abs(term) @ np.abs(own)
 
 
 def _body(rotor: Rotor, spin_rad_s: float) -> tuple[list[FloatArray], ...]:
