@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Annotated, Literal
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from solidwhirl.core.fields import (
@@ -18,6 +19,13 @@ from solidwhirl.core.fields import (
     NotNegative,
     Positive,
     Record,
+)
+from solidwhirl.rotordyn.bearings.speed_tables import SpeedTable
+from solidwhirl.scene.bearing_physics import (
+    AbsoluteLaw,
+    RollingLawSpec,
+    ShortBearingLawSpec,
+    SqueezeFilmLawSpec,
 )
 
 # Rows of a table nearer to each other than this fraction of the highest speed are one speed.
@@ -169,7 +177,7 @@ class PolynomialLawSpec(Record):
         return self
 
 
-class TableLawSpec(Record):
+class TableLawSpec(AbsoluteLaw):
     """Coefficients of a bearing at given speeds of its rotor."""
 
     kind: Literal["table"]
@@ -195,6 +203,15 @@ class TableLawSpec(Record):
                 )
         return self
 
+    def table(self) -> SpeedTable:
+        """Return the rows."""
+        return SpeedTable(
+            np.array(self.speed_rpm) * np.pi / 30.0,
+            np.array(self.stiffness_n_per_m, dtype=float),
+            np.array(self.damping_n_s_per_m, dtype=float),
+            self.interpolation,
+        )
+
 
 class PresetLawSpec(Record):
     """A law that comes with the program."""
@@ -204,5 +221,11 @@ class PresetLawSpec(Record):
 
 
 SpeedLawSpec = Annotated[
-    PolynomialLawSpec | TableLawSpec | PresetLawSpec, Field(discriminator="kind")
+    PolynomialLawSpec
+    | TableLawSpec
+    | PresetLawSpec
+    | RollingLawSpec
+    | ShortBearingLawSpec
+    | SqueezeFilmLawSpec,
+    Field(discriminator="kind"),
 ]

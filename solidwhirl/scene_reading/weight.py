@@ -13,6 +13,7 @@ from solidwhirl.model.bodies import build_bodies
 from solidwhirl.rotordyn import AnalysisError, AssembledSystem
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.modes.free_motions import unsupported_bodies
+from solidwhirl.scene.bearing_physics import AbsoluteLaw
 from solidwhirl.scene.joints import BearingSpec
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import EFFECT_OF, carried_motions, is_off_axis
@@ -113,8 +114,8 @@ def _holding(scene: Scene, axis: str) -> Iterator[tuple[BearingSpec, str]]:
 def _stiffness(scene: Scene, bearing: BearingSpec) -> FloatArray:
     """Stiffness where a run begins, at rest."""
     law = scene.speed_laws.get(bearing.speed_law or "")
-    if law is not None and law.kind == "table":
-        return np.array(law.stiffness_n_per_m[0])
+    if isinstance(law, AbsoluteLaw):
+        return law.table().stiffness_n_per_m[0]
     return np.array(bearing.stiffness_n_per_m)
 
 
