@@ -20,7 +20,7 @@ from solidwhirl.rotordyn.core.errors import AnalysisError
 # Newton steps and halvings of one, of which a few are used.
 _STEPS, _HALVINGS = 60, 30
 # Forces on a ball balance to this fraction of them.
-_BALANCED = 1e-13
+_BALANCED = 1e-12
 
 
 class ElementForces(NamedTuple):
@@ -263,7 +263,8 @@ def _pressed(bearing: BallBearing, centres: FloatArray, centrifugal_n: float) ->
         share = np.ones((len(place), 1))
         for _ in range(_HALVINGS):
             trial = state(place + share * step)
-            worse = np.hypot(*trial[0].T) > np.hypot(*now[0].T)
+            worse = np.hypot(*trial[0].T) >= np.hypot(*now[0].T)
+            worse &= np.hypot(*now[0].T) > _BALANCED * scale
             if not worse.any():
                 break
             share[worse] *= 0.5

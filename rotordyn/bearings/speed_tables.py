@@ -39,8 +39,8 @@ def tabulate(
     """Return a table whose monotone interpolation misses by less than a tolerance.
 
     `coefficients`: stiffness and damping, (2, 2) each, at a speed; `tolerance`: of the largest
-    entry of each matrix at the speed; half of it is kept at all quarters of the way between rows. Raises AnalysisError
-    if the range is empty or no table of some thousand rows is close enough.
+    entry of each matrix at the speed; half of it is kept at all quarters of the way between rows.
+    Raises AnalysisError if the range is empty or no table of some thousand rows is close enough.
     """
     if not 0 <= lowest_rad_s < highest_rad_s < np.inf:
         raise AnalysisError(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -72,7 +72,7 @@ class RollingLawSpec(_Computed):
 
     def bearing(self) -> RollingBearing:
         """Return the bearing; ValueError names what is wrong."""
-        sizes = {
+        sizes: dict[str, Any] = {
             "pitch_diameter_m": self.pitch_diameter_m,
             "radial_clearance_m": self.radial_clearance_m,
         }

@@ -115,7 +115,7 @@ def _stiffness(scene: Scene, bearing: BearingSpec) -> FloatArray:
     """Stiffness where a run begins, at rest."""
     law = scene.speed_laws.get(bearing.speed_law or "")
     if isinstance(law, AbsoluteLaw):
-        return law.table().stiffness_n_per_m[0]
+        return np.array(law.table().stiffness_n_per_m[0])
     return np.array(bearing.stiffness_n_per_m)
 
 
