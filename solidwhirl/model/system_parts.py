@@ -34,6 +34,7 @@ from solidwhirl.rotordyn import (
 from solidwhirl.rotordyn.asymmetric import RotatingSystem, assemble_rotating, at_rest
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
+from solidwhirl.scene.bearing_physics import AbsoluteLaw
 from solidwhirl.scene.joints import (
     BeamSpec,
     BearingSpec,
@@ -42,7 +43,6 @@ from solidwhirl.scene.joints import (
     GearSpec,
     PolynomialLawSpec,
     SpeedLawSpec,
-    TableLawSpec,
 )
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import is_off_axis
@@ -185,18 +185,15 @@ def _frequency_law(name: str, spec: FrequencyTableLawSpec, damped: float) -> Fre
 def _law(name: str, spec: SpeedLawSpec, damped: bool) -> SpeedLaw:
     if isinstance(spec, PolynomialLawSpec):
         return PolynomialLaw(name=name, **spec.model_dump(exclude={"kind"}))
-    if isinstance(spec, TableLawSpec):
-        return TableLaw(
-            name=name,
-            speeds_rad_s=np.array(spec.speed_rpm) * np.pi / 30.0,
-            stiffness_n_per_m=np.array(spec.stiffness_n_per_m),
-            damping_n_s_per_m=np.array(spec.damping_n_s_per_m) * float(damped),
-            interpolation=spec.interpolation,
-        )
     if isinstance(spec, FrequencyTableLawSpec):
         return _frequency_law(name, spec, float(damped))
     if isinstance(spec, FileLawSpec):
         raise AssemblyError((f"law {name!r}: its file {spec.file!r} was not read with the scene",))
+    if isinstance(spec, AbsoluteLaw):
+        rows = spec.table()
+        undamped = np.zeros_like(rows.damping_n_s_per_m)
+        rows = rows if damped else rows._replace(damping_n_s_per_m=undamped)
+        return TableLaw(name=name, **rows._asdict())
     return _PRESETS[spec.preset]
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from solidwhirl.core.fields import (
@@ -21,6 +22,13 @@ from solidwhirl.core.fields import (
     Record,
     TiltMatrix,
 )
+from solidwhirl.rotordyn.bearings.speed_tables import SpeedTable
+from solidwhirl.scene.bearing_physics import (
+    AbsoluteLaw,
+    RollingLawSpec,
+    ShortBearingLawSpec,
+    SqueezeFilmLawSpec,
+)
 
 # Rows of a table nearer to each other than this fraction of the highest speed are one speed.
 _ONE_SPEED = 1e-12
@@ -28,8 +36,6 @@ Coefficients = Annotated[tuple[Finite, ...], Field(min_length=1, max_length=16)]
 _Nested = Annotated[
     tuple[Annotated[tuple[TiltMatrix, ...], Field(max_length=MOST)], ...], Field(max_length=MOST)
 ]
-# Kinds of laws with values of their own, in place of the bearing's.
-ABSOLUTE = ("table", "frequency_table")
 Preset = Literal["lee_isotropic", "lee_anisotropic"]
 
 
@@ -176,7 +182,7 @@ class PolynomialLawSpec(Record):
         return self
 
 
-class TableLawSpec(Record):
+class TableLawSpec(AbsoluteLaw):
     """Coefficients of a bearing at given speeds of its rotor."""
 
     kind: Literal["table"]
@@ -202,8 +208,17 @@ class TableLawSpec(Record):
                 )
         return self
 
+    def table(self) -> SpeedTable:
+        """Return the rows."""
+        return SpeedTable(
+            np.array(self.speed_rpm) * np.pi / 30.0,
+            np.array(self.stiffness_n_per_m, dtype=float),
+            np.array(self.damping_n_s_per_m, dtype=float),
+            self.interpolation,
+        )
 
-class FrequencyTableLawSpec(Record):
+
+class FrequencyTableLawSpec(AbsoluteLaw):
     """Coefficients of a bearing over the speed and the frequency of the motion, with added mass.
 
     Nested [speed][frequency]; without frequencies [speed].
@@ -251,6 +266,15 @@ class FrequencyTableLawSpec(Record):
             raise ValueError("matrices are on ux and uy in one place, with tilts in another")
         return self
 
+    def table(self) -> SpeedTable:
+        """Return the rows of the lowest frequency on ux and uy, with the damping of any."""
+        stiffness, damping = (
+            np.array(rows, dtype=float)[..., :2, :2]
+            for rows in (self.stiffness_n_per_m, self.damping_n_s_per_m)
+        )
+        speeds = np.array(self.speed_rpm) * np.pi / 30.0
+        return SpeedTable(speeds, stiffness[:, 0], damping.max(axis=1), self.interpolation)
+
     @property
     def holds_tilts(self) -> bool:
         """Whether rx and ry are in it."""
@@ -278,6 +302,13 @@ class FileLawSpec(Record):
 
 
 SpeedLawSpec = Annotated[
-    PolynomialLawSpec | TableLawSpec | FrequencyTableLawSpec | PresetLawSpec | FileLawSpec,
+    PolynomialLawSpec
+    | TableLawSpec
+    | FrequencyTableLawSpec
+    | FileLawSpec
+    | PresetLawSpec
+    | RollingLawSpec
+    | ShortBearingLawSpec
+    | SqueezeFilmLawSpec,
     Field(discriminator="kind"),
 ]

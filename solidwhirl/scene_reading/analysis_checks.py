@@ -20,7 +20,7 @@ from solidwhirl.analyses.registry import AnalysisSpec
 from solidwhirl.core.errors import unknown
 from solidwhirl.geometry.features import MOST
 from solidwhirl.rotordyn.core.errors import AnalysisError
-from solidwhirl.scene.joints import ABSOLUTE
+from solidwhirl.scene.bearing_physics import AbsoluteLaw
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import EFFECT_OF, acting_on, is_off_axis
 from solidwhirl.scene_checks.recovery_references import no_common_sector, no_solid, sectors_of
@@ -204,7 +204,7 @@ def _support_problems(
         bearing = named[name]
         if {"ux", "uy"} & set(bearing.rigid):
             yield f"bearings[{k}]: {name!r} is rigid in ux or uy; it has no stiffness to vary"
-        elif bearing.speed_law and scene.speed_laws[bearing.speed_law].kind in ABSOLUTE:
+        elif bearing.speed_law and isinstance(scene.speed_laws[bearing.speed_law], AbsoluteLaw):
             yield (
                 f"bearings[{k}]: {name!r} has the table {bearing.speed_law!r}, which gives its "
                 "stiffness; name bearings without a table"

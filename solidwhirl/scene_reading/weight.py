@@ -16,6 +16,7 @@ from solidwhirl.rotordyn import AnalysisError, AssembledSystem
 from solidwhirl.rotordyn.core.arrays import FloatArray, motion_at
 from solidwhirl.rotordyn.modes.free_motions import unsupported_bodies
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
+from solidwhirl.scene.bearing_physics import AbsoluteLaw
 from solidwhirl.scene.joints import BeamSpec, BearingSpec
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import EFFECT_OF, carried_motions, is_off_axis
@@ -207,10 +208,8 @@ def _at_any_speed(scene: Scene, bearing: BearingSpec) -> FloatArray:
 
 def _tabled(scene: Scene, bearing: BearingSpec) -> FloatArray:
     law = scene.speed_laws.get(bearing.speed_law or "")
-    if law is not None and law.kind == "table":
-        return np.vstack(law.stiffness_n_per_m)
-    if law is not None and law.kind == "frequency_table":
-        return np.vstack([np.array(m)[:2, :2] for row in law.stiffness_n_per_m for m in row])
+    if isinstance(law, AbsoluteLaw):
+        return np.vstack(law.table().stiffness_n_per_m)
     return np.array(bearing.stiffness_n_per_m)
 
 
