@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import minimize_scalar
+import scipy
 
 from solidwhirl.rotordyn.assembly.bearing_laws import TableLaw
 from solidwhirl.rotordyn.assembly.law_pieces import BearingCoefficients, LawPieces
@@ -233,7 +233,9 @@ def _negative_intervals(
     for i in range(1, len(values) - 1):
         # A dip between samples: the minimum is at or beside a sample that is not negative.
         if 0 <= values[i] <= min(values[i - 1], values[i + 1]) and values[i - 1] != values[i]:
-            found = minimize_scalar(measure, bounds=speeds[[i - 1, i + 1]], method="bounded")
+            found = scipy.optimize.minimize_scalar(
+                measure, bounds=speeds[[i - 1, i + 1]], method="bounded"
+            )
             if found.fun < 0:
                 points.append((float(found.x), float(found.fun)))
     points.sort()

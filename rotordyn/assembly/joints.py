@@ -12,8 +12,8 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 import scipy.linalg as la
-from scipy.cluster.hierarchy import DisjointSet
 
 from solidwhirl.rotordyn.assembly.bearing_laws import law_motions
 from solidwhirl.rotordyn.assembly.coordinates import Rows, seat_motion, tooth_motion
@@ -181,7 +181,7 @@ def _transformation(system: System, slices: Mapping[str, slice]) -> tuple[FloatA
 def _spanning_tree(total: int, links: list[_Link]) -> dict[int, list[tuple[int, float]]]:
     """Return the neighbours of each coordinate and of the ground in the strongest tree."""
     tree: dict[int, list[tuple[int, float]]] = {i: [] for i in range(GROUND, total)}
-    groups = DisjointSet(range(GROUND, total))
+    groups = scipy.cluster.hierarchy.DisjointSet(range(GROUND, total))
     for link in links:
         if groups.merge(link.first, link.second):
             tree[link.first].append((link.second, link.strength))

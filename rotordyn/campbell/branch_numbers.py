@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
+import scipy
 
 from solidwhirl.rotordyn.assembly.coordinates import body_rows
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
@@ -107,7 +107,7 @@ def _partners(assembled: AssembledSystem, modes: Modes, found: Modes) -> IntArra
     place = np.arange(max(apart.shape)) / max(apart.shape)
     order = np.abs(place[: apart.shape[0], None] - place[: apart.shape[1]])
     cost = np.minimum(apart / _FOUND, 2.0) - mac + _IN_ORDER * order
-    rows, columns = linear_sum_assignment(cost)
+    rows, columns = scipy.optimize.linear_sum_assignment(cost)
     near = apart[rows, columns] <= _FOUND
     partner[rows[near]] = columns[near]
     return partner

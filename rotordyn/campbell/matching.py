@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 import scipy.linalg as la
-from scipy.optimize import linear_sum_assignment
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, matrices_at_speed
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
@@ -173,13 +173,13 @@ def _turn(metric: _StateMetric, group: Modes, product: ComplexArray) -> ComplexA
     left, _, right = la.svd(turned[np.sort(rows)])
     turn: ComplexArray = straight @ (left @ right).conj().T
     size = np.sqrt((np.abs(turn) ** 2).sum(axis=0))
-    _, order = linear_sum_assignment(-(np.abs(turn / size) ** 2))
+    _, order = scipy.optimize.linear_sum_assignment(-(np.abs(turn / size) ** 2))
     return np.asarray(turn[:, order])
 
 
 def _assign(product: ComplexArray) -> tuple[IntArray, FloatArray]:
     mac = np.abs(product) ** 2
-    rows, columns = linear_sum_assignment(-mac)
+    rows, columns = scipy.optimize.linear_sum_assignment(-mac)
     partner = np.full(product.shape[0], -1)
     partner[rows] = columns
     found = np.zeros(product.shape[0])

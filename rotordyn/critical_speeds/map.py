@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+import scipy
 import scipy.linalg as la
-from scipy.optimize import linear_sum_assignment
 
 from solidwhirl.rotordyn.assembly.bearing_laws import PolynomialLaw
 from solidwhirl.rotordyn.assembly.parts import Bearing
@@ -146,7 +146,7 @@ def _paired(first: MapPoint, second: MapPoint, metric: FloatArray) -> _Pairs:
         product[:, cluster] = product[:, cluster] @ turn
     mac = np.minimum(np.abs(product) ** 2, 1.0)
     distance = np.abs(np.log(np.divide.outer(first.speeds, second.speeds)))
-    rows, columns = linear_sum_assignment(-mac * np.exp(-distance))
+    rows, columns = scipy.optimize.linear_sum_assignment(-mac * np.exp(-distance))
     partner, found = np.full(first.speeds.size, -1), np.zeros(first.speeds.size)
     for left, right in zip(rows, columns, strict=True):
         if mac[left, right] > _POOR:

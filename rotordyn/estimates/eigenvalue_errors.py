@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import linear_sum_assignment
+import scipy
 
 from solidwhirl.rotordyn.assembly.system import (
     AssembledSystem,
@@ -214,7 +214,7 @@ def _cluster_shifts(
     mac = np.abs(vectors) ** 2
     distance = np.abs((rates - middle)[:, None] - moved)
     nearness = distance / max(float(distance.max()), np.finfo(float).tiny)
-    _, partner = linear_sum_assignment(_NEARNESS * nearness - mac)
+    _, partner = scipy.optimize.linear_sum_assignment(_NEARNESS * nearness - mac)
     return np.asarray(moved[partner] - (rates - middle))
 
 

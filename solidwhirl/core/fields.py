@@ -166,7 +166,7 @@ ZERO_MATRIX = ((0.0, 0.0), (0.0, 0.0))
 class Record(BaseModel):
     """Base of all scene records: frozen, no unknown keys."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=False)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=False, defer_build=True)
 
 
 def keys_of(record: type[BaseModel]) -> dict[str, FieldInfo]:

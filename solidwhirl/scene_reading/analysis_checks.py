@@ -11,7 +11,7 @@ from solidwhirl.analyses.kinds.api617 import Api617Spec
 from solidwhirl.analyses.kinds.asymmetric_response import AsymmetricResponseSpec
 from solidwhirl.analyses.kinds.critical_speed_map import CriticalSpeedMapSpec
 from solidwhirl.analyses.kinds.nodal_diameters import NodalDiametersSpec
-from solidwhirl.analyses.kinds.nonlinear_response import ClearanceSpec, NonlinearResponseSpec
+from solidwhirl.analyses.kinds.nonlinear_response import ClearanceJointSpec, NonlinearResponseSpec
 from solidwhirl.analyses.kinds.run_up import RunUpSpec
 from solidwhirl.analyses.kinds.separation_margins import SeparationMarginsSpec
 from solidwhirl.analyses.kinds.static import StaticSpec
@@ -188,7 +188,7 @@ def _nonlinear_problems(scene: Scene, spec: NonlinearResponseSpec) -> Iterator[s
         )
     for k, joint in enumerate(spec.nonlinear):
         slides = ratio(joint.first) != ratio(joint.second)
-        if isinstance(joint, ClearanceSpec) and joint.friction and not slides:
+        if isinstance(joint, ClearanceJointSpec) and joint.friction and not slides:
             yield (
                 f"nonlinear[{k}].friction: {joint.first!r} and {joint.second!r} turn at one speed; "
                 "friction needs ends that slide on each other"

@@ -209,7 +209,7 @@ def _at_any_speed(scene: Scene, bearing: BearingSpec) -> FloatArray:
 def _tabled(scene: Scene, bearing: BearingSpec) -> FloatArray:
     law = scene.speed_laws.get(bearing.speed_law or "")
     if isinstance(law, AbsoluteLaw):
-        return np.vstack(law.table().stiffness_n_per_m)
+        return law.table().stiffness_n_per_m.reshape(-1, 2)
     return np.array(bearing.stiffness_n_per_m)
 
 

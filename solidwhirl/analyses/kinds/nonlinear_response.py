@@ -67,7 +67,7 @@ class CubicSpringSpec(NonlinearJointSpec):
         return CubicSpring(radial_n_per_m3=self.radial_n_per_m3, along_n_per_m3=self.along_n_per_m3)
 
 
-class ClearanceSpec(NonlinearJointSpec):
+class ClearanceJointSpec(NonlinearJointSpec):
     """A gap that closes against a stiffness."""
 
     kind: Literal["clearance"]
@@ -109,7 +109,7 @@ class SqueezeFilmSpec(NonlinearJointSpec):
 
 
 JointSpec = Annotated[
-    CubicSpringSpec | ClearanceSpec | SqueezeFilmSpec, Field(discriminator="kind")
+    CubicSpringSpec | ClearanceJointSpec | SqueezeFilmSpec, Field(discriminator="kind")
 ]
 
 
