@@ -246,11 +246,19 @@ def _pressed(bearing: BallBearing, centres: FloatArray, centrifugal_n: float) ->
     length = np.hypot(*centres.T)[:, None]
     deep = np.maximum(0.5 * (length - free.sum()), np.cbrt((centrifugal_n / outer) ** 2))
     place = centres / length * (free[1] + deep)
+    # where a ball thrown outward does not touch the inner race, that is its place
+    thrown = np.array([free[1] + np.cbrt((centrifugal_n / outer) ** 2), 0.0])
+    place = np.where(np.hypot(*(centres - thrown).T)[:, None] <= free[0], thrown, place)
 
     def state(place: FloatArray) -> tuple[FloatArray, ...]:
         pull_in, stiff_in = _spring(centres - place, free[0], inner)
         pull_out, stiff_out = _spring(place, free[1], outer)
-        return pull_out - pull_in - own, pull_in, pull_out, stiff_in, stiff_out
+        deep_in, deep_out = (
+            np.maximum(np.hypot(*arm.T) - size, 0.0)
+            for arm, size in ((centres - place, free[0]), (place, free[1]))
+        )
+        energy = 0.4 * (inner * deep_in**2.5 + outer * deep_out**2.5) - centrifugal_n * place[:, 0]
+        return pull_out - pull_in - own, pull_in, pull_out, stiff_in, stiff_out, energy
 
     now = state(place)
     for _ in range(_STEPS):
@@ -263,7 +271,7 @@ def _pressed(bearing: BallBearing, centres: FloatArray, centrifugal_n: float) ->
         share = np.ones((len(place), 1))
         for _ in range(_HALVINGS):
             trial = state(place + share * step)
-            worse = np.hypot(*trial[0].T) >= np.hypot(*now[0].T)
+            worse = (np.hypot(*trial[0].T) >= np.hypot(*now[0].T)) & (trial[5] >= now[5])
             worse &= np.hypot(*now[0].T) > _BALANCED * scale
             if not worse.any():
                 break
@@ -273,7 +281,7 @@ def _pressed(bearing: BallBearing, centres: FloatArray, centrifugal_n: float) ->
             break  # rounding
         place = np.where(better[:, None], place + share * step, place)
         now = state(place)
-    _, pull_in, pull_out, stiff_in, stiff_out = now
+    _, pull_in, pull_out, stiff_in, stiff_out, _ = now
     condensed = stiff_in @ np.linalg.solve(stiff_in + stiff_out, stiff_out)
     condensed = 0.5 * (condensed + condensed.swapaxes(1, 2))
     return _Balls(pull_in, pull_out, condensed, (_angle(centres - place), _angle(place)))

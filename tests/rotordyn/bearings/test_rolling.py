@@ -182,3 +182,14 @@ def test_impossible_geometry_is_named_at_once():
         dataclasses.replace(GROOVE, ball_count=30)
     with pytest.raises(AnalysisError, match="effective length"):
         dataclasses.replace(ROLLERS, effective_length_m=-1.0)
+
+
+def test_balls_that_hardly_touch_find_their_place():
+    """Far from the equilibrium of the ring too: axial forces on every ball balance."""
+    own = ANGULAR.centrifugal_n(1000.0)
+    found = ANGULAR.forces(np.array([0.0, -4.8e-5, 1.1e-5, 0.0, 0.0]), own)
+    inner, outer = found.inner_load_n, found.outer_load_n
+    axial = inner * np.sin(found.inner_angle_rad) - outer * np.sin(found.outer_angle_rad)
+    radial = outer * np.cos(found.outer_angle_rad) - inner * np.cos(found.inner_angle_rad)
+    np.testing.assert_allclose(axial, 0.0, atol=1e-9 * outer.max())
+    np.testing.assert_allclose(radial, own, rtol=1e-8)
