@@ -24,7 +24,6 @@ from solidwhirl.rotordyn.assembly.system import (
 )
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, Matrix, together
 from solidwhirl.rotordyn.core.dense import Spectrum, reciprocal, scale_by_stiffness, solve_general
-from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.ledger import solved
 from solidwhirl.rotordyn.modes.nearby import nearby_modes
 
@@ -34,8 +33,8 @@ _STEPS, _AT_REST = 40, 1e-12
 _EQUAL = 1e-6
 # Two roots this close (relative) are one if their shapes are this much alike.
 _ONE, _ALIKE = 1e-8, 0.9
-# Halvings of a range of frequencies in which not all roots are found.
-_HALVINGS = 10
+# A range of frequencies in which not all roots are found is halved down to this part.
+_NARROW = 1e-13
 # A frequency above all others, for the limit of quick motions.
 _QUICK = 1e9
 # Frequencies at which a law without knots is looked at: so many for each factor of ten.
@@ -69,8 +68,7 @@ def dependent_modes(assembled: AssembledSystem, speed_rad_s: float) -> Frozen:
 
     `speed_rad_s`: Ω. Real roots are those of the bearings for slow motions. Tables have as many
     roots as counts say. Of other laws those are found that the frozen problems of several
-    frequencies lead to. Raises AnalysisError if roots that must
-    be there by their count are not found.
+    frequencies lead to.
     """
     edges = _edges(assembled, speed_rad_s)
     frozen = [_frozen(assembled, speed_rad_s, frequency) for frequency in edges]
@@ -79,7 +77,7 @@ def dependent_modes(assembled: AssembledSystem, speed_rad_s: float) -> Frozen:
     # a root of a table at its own frequency is one of the frozen problem, mass and all
     if all(isinstance(law, FrequencyTableLaw) for law in assembled.frequency_laws):
         for low, high in pairwise(frozen):
-            parts += _between(assembled, speed_rad_s, low, high, _HALVINGS)
+            parts += _between(assembled, speed_rad_s, low, high)
         parts.append(_chosen(last, last.eigenvalues.imag >= edges[-1]))
     else:
         parts = [_chosen(first, np.zeros(0, dtype=int))]
@@ -247,10 +245,12 @@ def _chosen(spectrum: Spectrum, chosen: Matrix) -> Spectrum:
     return Spectrum(spectrum.eigenvalues[chosen], spectrum.shapes[:, chosen], np.empty(0))
 
 
-def _between(
-    assembled: AssembledSystem, speed: float, low: Frozen, high: Frozen, halvings: int
-) -> list[Spectrum]:
-    """Return the roots with low ≤ Im s < high, as many as the counts at both ends say."""
+def _between(assembled: AssembledSystem, speed: float, low: Frozen, high: Frozen) -> list[Spectrum]:
+    """Return the roots with low ≤ Im s < high, as many as the counts at both ends say.
+
+    Where the frequency of a root depends much on that of the bearings, as beside overdamped motion,
+    no iteration may lead to it; halving does.
+    """
     count = (high.below(assembled.size) - low.below(assembled.size)) // 2
     ends = low.frequency, high.frequency
     width = ends[1] - ends[0]
@@ -263,16 +263,13 @@ def _between(
     # a frequency may be passed upward and downward; such roots come by twos
     if known == count or (known > count and (known - count) % 2 == 0):
         return found
-    if halvings == 0:
-        raise AnalysisError(
-            f"at {speed:.6g} rad/s {count} modes are between {ends[0]:.6g} and {ends[1]:.6g} rad/s "
-            f"by their count, and {known} were found: the coefficients of bearings change too "
-            "quickly with the frequency there"
-        )
+    if width <= _NARROW * ends[1]:
+        away = np.abs(high.spectrum.eigenvalues.imag - ends[1])
+        return [_chosen(high.spectrum, np.argsort(away)[: max(count, 0)])]
     middle = _frozen(assembled, speed, 0.5 * (ends[0] + ends[1]))
     return [
-        *_between(assembled, speed, low, middle, halvings - 1),
-        *_between(assembled, speed, middle, high, halvings - 1),
+        *_between(assembled, speed, low, middle),
+        *_between(assembled, speed, middle, high),
     ]
 
 
