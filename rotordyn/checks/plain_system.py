@@ -97,8 +97,8 @@ class PlainSystem:
     def at(self, speed_rad_s: float, rate: complex | None = None) -> PlainMatrices:
         """Return the matrices at a speed of the reference shaft.
 
-        `rate`: s of the motion, at which bearings that depend on the frequency are taken; None
-        takes the frequency of the spin.
+        `rate`: s of the motion, at which bearings that depend on the frequency are taken, the added
+        mass of tables with the mass; None takes the frequency of the spin.
         """
         n = self.transformation.shape[1]
         sums = [np.zeros((n, n)) for _ in range(3)]
@@ -110,6 +110,11 @@ class PlainSystem:
         for bearing in self.system.bearings:
             rows = self.relative_motion(bearing)
             stiffness, damping = self.coefficients(bearing, speed_rad_s, rate)
+            if isinstance(bearing.speed_law, FrequencyTableLaw):
+                own = rows[[0, 1, 3, 4][: bearing.speed_law.size]]
+                spin = abs(self.system.rotors[bearing.first.body].speed_ratio * speed_rad_s)
+                omega = spin if rate is None else abs(rate.imag)
+                _add(sums[0], sizes[0], own, _tabulated(bearing.speed_law, spin, omega)[2])
             _add(sums[1], sizes[1], rows, damping)
             _add(sums[2], sizes[2], rows, stiffness)
             if isinstance(bearing.speed_law, PolynomialLaw):
@@ -248,7 +253,8 @@ def _law_values(
         )
         return k, c
     if isinstance(law, FrequencyTableLaw):
-        return _frequency_values(law, spin_rad_s, rate)
+        stiffness, damping, _ = _tabulated(law, spin_rad_s, abs(rate.imag))
+        return stiffness, damping
     assert law is not None
     if frequency_law(law) is not None:
         law = law.at_rate(rate)  # type: ignore[attr-defined]
@@ -256,10 +262,8 @@ def _law_values(
     return other.stiffness_n_per_m, other.damping_n_s_per_m
 
 
-def _frequency_values(
-    law: FrequencyTableLaw, spin_rad_s: float, rate: complex
-) -> tuple[FloatArray, FloatArray]:
-    """Return K and C with K + sC as the table has it at a spin speed and a rate s."""
+def _tabulated(law: FrequencyTableLaw, spin_rad_s: float, frequency_rad_s: float) -> FloatArray:
+    """Return K, C and M as the table has them at a spin speed and a frequency, (3, d, d)."""
     from scipy.interpolate import PchipInterpolator  # takes a tenth of a second
 
     speeds, frequencies = law.speeds_rad_s, law.frequencies_rad_s
@@ -273,13 +277,9 @@ def _frequency_values(
             values = PchipInterpolator(speeds, rows)(at)
         if frequencies.size:
             by_frequency = values.reshape(frequencies.size, -1).T
-            values = np.array([np.interp(abs(rate.imag), frequencies, v) for v in by_frequency])
+            values = np.array([np.interp(frequency_rad_s, frequencies, v) for v in by_frequency])
         found.append(values.reshape(law.size, law.size))
-    stiffness, damping, mass = found
-    # s² = 2 Re(s) s − |s|² for a pair of complex roots
-    if rate.imag == 0.0:
-        return stiffness + rate.real**2 * mass, damping
-    return stiffness - abs(rate) ** 2 * mass, damping + 2.0 * rate.real * mass
+    return np.array(found)
 
 
 def joint_errors(plain: PlainSystem) -> tuple[float, int]:

@@ -13,6 +13,7 @@ from solidwhirl.rotordyn.core.dense import scale_by_stiffness
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.critical_speeds.damped import followed_to_the_line
+from solidwhirl.rotordyn.critical_speeds.growing import with_growth
 from solidwhirl.rotordyn.critical_speeds.lightly_damped import lightly_damped
 from solidwhirl.rotordyn.critical_speeds.speed_roots import speed_roots
 from solidwhirl.rotordyn.critical_speeds.undamped import undamped_critical_speeds
@@ -27,6 +28,8 @@ from solidwhirl.rotordyn.modes.whirl import whirl_direction
 # Systems and ratios whose critical speeds are kept: analyses ask for the same ones. Limits that are
 # closer than this (relative) are one.
 _KEPT, _ROUNDING = 8, 1e-12
+# How far beyond the limit a critical speed may lie that added mass with damping brings below it.
+_BEYOND = 1.1
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -151,9 +154,7 @@ def _found(assembled: AssembledSystem, ratio: float, limit: float) -> tuple[Crit
         speeds, shapes = undamped_critical_speeds(assembled, ratio, limit)
         decrements = np.zeros(speeds.size)
     elif np.isfinite(limit):
-        # growth and frequency together need the law itself
-        exact = not any(law.depends_on_growth for law in given.frequency_laws)
-        speeds, shapes, decrements = _damped(assembled if exact else given, ratio, limit)
+        speeds, shapes, decrements = _damped(assembled, given, ratio, limit)
     else:
         raise AnalysisError(
             "speed_max_rad_s is needed: this system has damping, an unsymmetric or a negative "
@@ -239,14 +240,20 @@ def _is_undamped_problem(assembled: AssembledSystem) -> bool:
 
 
 def _damped(
-    assembled: AssembledSystem, ratio: float, limit: float
+    assembled: AssembledSystem, given: AssembledSystem, ratio: float, limit: float
 ) -> tuple[FloatArray, ComplexArray, FloatArray]:
-    """Return critical speeds, shapes and decrements with damping, by rising speed."""
-    found = None
-    if not assembled.depends_on_frequency:
-        found = lightly_damped(assembled, ratio, limit)
+    """Return critical speeds, shapes and decrements with damping, by rising speed.
+
+    `assembled`: with bearings at the frequency of the excitation; `given`: as they are.
+    """
+    growing = any(law.depends_on_growth for law in given.frequency_laws)
+    reach = _BEYOND * limit if growing else limit
+    found = lightly_damped(assembled, ratio, reach)
     if found is None:
-        found = followed_to_the_line(assembled, ratio, limit)
+        found = followed_to_the_line(assembled, ratio, reach)
+    if growing:
+        moved = with_growth(given, ratio, found)
+        found = [meeting for meeting in moved if meeting.speed <= limit]
     found = sorted(found, key=lambda item: item.speed)
     # Im λ = αΩ here but for rounding, which is no small part of it where Re λ is far larger
     values = np.array([complex(m.value.real, ratio * m.speed) for m in found], dtype=complex)

@@ -16,6 +16,8 @@ ROUNDING = 1e-11
 NEUTRAL = 1e-8
 # Above this damping ratio no forced response has a maximum: the motion does not resonate.
 PEAKLESS = float(np.sqrt(0.5))
+# Above this damping ratio a motion creeps: which of many it is at the next speed is no matter.
+CREEPING = 0.995
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

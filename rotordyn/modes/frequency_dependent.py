@@ -25,16 +25,19 @@ from solidwhirl.rotordyn.assembly.system import (
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, Matrix, together
 from solidwhirl.rotordyn.core.dense import Spectrum, reciprocal, scale_by_stiffness, solve_general
 from solidwhirl.rotordyn.core.ledger import solved
+from solidwhirl.rotordyn.modes.damping import CREEPING, damping_ratio
 from solidwhirl.rotordyn.modes.nearby import nearby_modes
 
 # Steps for one root, and the relative change at which it is at rest.
-_STEPS, _AT_REST = 40, 1e-12
+_STEPS, _AT_REST = 15, 1e-12
 # Roots of a frozen problem closer than this (relative) are refined as one group.
 _EQUAL = 1e-6
 # Two roots this close (relative) are one if their shapes are this much alike.
 _ONE, _ALIKE = 1e-8, 0.9
 # A range of frequencies in which not all roots are found is halved down to this part.
 _NARROW = 1e-13
+# and to this one for motions that creep, which are no modes.
+_CREEPING_WIDTH = 1e-2
 # A frequency above all others, for the limit of quick motions.
 _QUICK = 1e9
 # Frequencies at which a law without knots is looked at: so many for each factor of ten.
@@ -66,8 +69,9 @@ class Frozen(NamedTuple):
 def dependent_modes(assembled: AssembledSystem, speed_rad_s: float) -> Frozen:
     """Return all modes of a system with bearings that depend on the frequency.
 
-    `speed_rad_s`: Ω. Real roots are those of the bearings for slow motions. Tables have as many
-    roots as counts say. Of other laws those are found that the frozen problems of several
+    `speed_rad_s`: Ω. Real roots are those of the bearings for slow motions, and two of about their
+    rate of decay stand for a motion that creeps, of a damping ratio above 0.995. Tables have as
+    many roots as counts say. Of other laws those are found that the frozen problems of several
     frequencies lead to.
     """
     edges = _edges(assembled, speed_rad_s)
@@ -86,7 +90,10 @@ def dependent_modes(assembled: AssembledSystem, speed_rad_s: float) -> Frozen:
     values = np.concatenate([part.eigenvalues for part in parts])
     shapes = np.concatenate([part.shapes for part in parts], axis=1)
     rising = np.lexsort((values.real, values.imag))
-    found = Spectrum(values[rising], shapes[:, rising], first.real_eigenvalues)
+    creeps = damping_ratio(values[rising]) > CREEPING
+    lively = rising[~creeps]
+    real = np.concatenate((first.real_eigenvalues, np.repeat(values[rising[creeps]].real, 2)))
+    found = Spectrum(values[lively], shapes[:, lively], np.sort(real))
     return frozen[0]._replace(spectrum=found)
 
 
@@ -252,25 +259,30 @@ def _between(assembled: AssembledSystem, speed: float, low: Frozen, high: Frozen
     no iteration may lead to it; halving does.
     """
     count = (high.below(assembled.size) - low.below(assembled.size)) // 2
-    ends = low.frequency, high.frequency
-    width = ends[1] - ends[0]
+    begin, end = low.frequency, high.frequency
+    width = end - begin
     found: list[Spectrum] = []
-    for side in (low, high):
+    # a root has passed ω between the two: above it at one end, below it at the other
+    for side, least, most in ((low, begin, end + width), (high, begin - width, end)):
         omega = side.spectrum.eigenvalues.imag
-        near = (omega >= ends[0] - width) & (omega < ends[1] + width)
-        found = _united(found, _refined(assembled, speed, _chosen(side.spectrum, near), *ends))
+        lively = damping_ratio(side.spectrum.eigenvalues) <= CREEPING
+        near = _chosen(side.spectrum, (omega >= least) & (omega < most) & lively)
+        found = _united(found, _refined(assembled, speed, near, begin, end))
     known = sum(part.eigenvalues.size for part in found)
     # a frequency may be passed upward and downward; such roots come by twos
     if known == count or (known > count and (known - count) % 2 == 0):
         return found
-    if width <= _NARROW * ends[1]:
-        away = np.abs(high.spectrum.eigenvalues.imag - ends[1])
-        return [_chosen(high.spectrum, np.argsort(away)[: max(count, 0)])]
-    middle = _frozen(assembled, speed, 0.5 * (ends[0] + ends[1]))
-    return [
-        *_between(assembled, speed, low, middle),
-        *_between(assembled, speed, middle, high),
-    ]
+    away = np.abs(high.spectrum.eigenvalues.imag - end)
+    nearest = _chosen(high.spectrum, np.argsort(away)[: max(count, 0)])
+    creeps = bool((damping_ratio(nearest.eigenvalues) > CREEPING).all())
+    if width <= (_CREEPING_WIDTH if creeps else _NARROW) * end:
+        return [nearest]
+    middle = _frozen(assembled, speed, 0.5 * (begin + end))
+    parts: list[Spectrum] = []
+    for first, last in ((low, middle), (middle, high)):
+        if first.below(assembled.size) != last.below(assembled.size):
+            parts += _between(assembled, speed, first, last)
+    return parts
 
 
 def _refined(

@@ -24,7 +24,7 @@ from solidwhirl.rotordyn.modes.damping import NEUTRAL
 from solidwhirl.rotordyn.modes.eigen import Modes, modes_at_speed
 from solidwhirl.rotordyn.modes.whirl import interface_orbits, whirl_direction
 from solidwhirl.rotordyn.stability.eigenvalue_paths import blocks_of
-from solidwhirl.rotordyn.stability.followed_windows import followed_windows
+from solidwhirl.rotordyn.stability.sampled_windows import sampled_windows
 from solidwhirl.rotordyn.stability.unstable_windows import Window, unstable_windows
 from solidwhirl.rotordyn.stability.whirl_decrements import (
     FirstMode,
@@ -180,7 +180,7 @@ def unstable_intervals(
     A system without cross-coupling whose damping takes energy from every motion and whose
     stiffness is not negative has no such range, which is known without a search. Else all
     eigenvalues are followed between the knots of the speed laws, see `unstable_windows`; where
-    bearings depend on the frequency, branches (`followed_windows`).
+    bearings depend on the frequency, spectra at many speeds (`sampled_windows`).
     """
     if not (np.isfinite([speed_low_rad_s, speed_high_rad_s]).all()):
         raise AnalysisError(f"speeds are {speed_low_rad_s} and {speed_high_rad_s}; both are finite")
@@ -192,7 +192,7 @@ def unstable_intervals(
     if _never_grows(assembled, low, high):
         return ()
     if assembled.depends_on_frequency:
-        windows = followed_windows(assembled, low, high)
+        windows = sampled_windows(assembled, low, high)
     else:
         windows = [
             window
