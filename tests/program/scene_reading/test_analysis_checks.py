@@ -68,8 +68,6 @@ CASES = [
     ("waterfall", {"speed_count": 2000, "frequency_count": 2000},
      "analyses[0]: speed_count x frequency_count"),
     ("stiffness_study", {"bearings": ["C"]}, "analyses[0].bearings[0]: 'C' has the table 'table'"),
-    ("critical_speed_map", {"bearings": ["C"]},
-     "analyses[0].bearings[0]: 'C' has the table 'table'"),
     ("mode_shapes", {"speeds_rpm": [9.0, 9.0]},
      "analyses[0]: mode_shapes_9rpm.png would be written twice"),
 ]  # fmt: skip
@@ -92,12 +90,6 @@ def test_bearing_without_a_stiffness_to_vary(kind):
     data = engine(analysis(kind))
     data["bearings"][1] = {"name": "B", "first": "lp.b", "second": "casing.b", "rigid": ["ux"]}
     assert "analyses[0].bearings[0]: 'B' is rigid in ux or uy" in refusal(data)
-
-
-def test_critical_speed_map_with_cross_terms():
-    data = engine(analysis("critical_speed_map"))
-    data["bearings"][3]["stiffness_n_per_m"] = [[1e7, 1e6], [-1e6, 1e7]]
-    assert "analyses[0]: bearing 'D' has unequal cross terms" in refusal(data)
 
 
 def test_law_takes_the_speed_of_a_body_that_turns():
