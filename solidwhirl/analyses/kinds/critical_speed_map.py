@@ -134,15 +134,7 @@ class CriticalSpeedMapSpec(base.Stiffnesses):
             free_rpm=numbers(document["free_rpm"]) * ratio,
             rigid_rpm=numbers(document["rigid_rpm"]) * ratio,
             chosen=_chosen(found.engine, self.bearings, document["supports"]),
-            supports=[
-                (
-                    f"{text} of {', '.join(own['bearings'])}",
-                    numbers(own[key]),
-                    numbers(own["shaft_speed_rpm"]),
-                )
-                for own in document["supports"]
-                for text, key in _SUPPORTS
-            ],
+            supports=_support_curves(document["supports"]),
         )
         return map_chart(curves, {} if rpm is None else {self.excited_by: rpm}, self.excited_by)
 
