@@ -441,12 +441,13 @@ def critical_speed_map(
     positive, strictly rising, shape (s,), N/m. Spaced by equal factors as a rule.
     `excitation_ratio`: α, as for `critical_speeds`; `branch_count`: lowest branches wanted of each
     whirl direction; twice that number in all where directions cannot be told apart beforehand
-    (anisotropic supports). None is all below the limit. `speed_max_rad_s`: leave out what lies above; None is the range the bodies
-    were made for. Lateral critical speeds only. Branches by rising speed where they begin. Where a
-    bearing stiffens faster than Ω² a curve may turn back over k: it is then cut into branches that
-    begin or end there, and all of them are found if no `branch_count` is given. Raises
-    AnalysisError if the arguments have no meaning, a bearing to vary is rigid, the law of another
-    one does not tell its polynomials, or neither a limit nor a number of branches is known.
+    (anisotropic supports). None is all below the limit. `speed_max_rad_s`: leave out what lies
+    above; None is the range the bodies were made for. Lateral critical speeds only. Branches by
+    rising speed where they begin. Where a bearing stiffens faster than Ω² a curve may turn back
+    over k: it is then cut into branches that begin or end there, and all of them are found if no
+    `branch_count` is given. Raises AnalysisError if the arguments have no meaning, a bearing to
+    vary is rigid, the law of another one does not tell its polynomials, or neither a limit nor a
+    number of branches is known.
 
     Each point is solved directly (see `critical_speeds`), forward and backward whirl apart where
     the system is isotropic; nothing is assembled anew but where k passes the stiffness of
