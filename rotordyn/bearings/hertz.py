@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 from scipy.special import ellipe, ellipk
 
 from solidwhirl.rotordyn.core.errors import AnalysisError
@@ -94,4 +94,4 @@ def _axis_ratio(difference: float) -> float:
         return float(1.0 + 4.0 / 3.0 * difference)
     if miss(_LONGEST) < 0:
         raise AnalysisError(f"the curvature difference {difference:.12g} is that of a line contact")
-    return float(np.exp(brentq(miss, 1e-7, _LONGEST, xtol=1e-14)))
+    return float(np.exp(scipy.optimize.brentq(miss, 1e-7, _LONGEST, xtol=1e-14)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from solidwhirl.rotordyn.bearings.short_film import ShortFilm
 from solidwhirl.rotordyn.core.arrays import FloatArray
@@ -78,7 +78,9 @@ def _eccentricity(film: ShortFilm, load: float) -> float:
             return float(np.pi * ratio / left**1.5)
         return float(0.5 * ratio / left**2 * np.sqrt(16.0 * ratio**2 + np.pi**2 * left))
 
-    found = brentq(lambda y: np.log(carried(y) / load), -80.0, 40.0, xtol=1e-14, rtol=1e-14)
+    found = scipy.optimize.brentq(
+        lambda y: np.log(carried(y) / load), -80.0, 40.0, xtol=1e-14, rtol=1e-14
+    )
     return float(np.sin(np.arctan(np.exp(found))))
 
 

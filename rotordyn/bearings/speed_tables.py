@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
+import scipy
 
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
@@ -63,7 +63,9 @@ def tabulate(
         for share in (0.25, 0.5, 0.75):
             between = speeds[:-1] + share * np.diff(speeds)
             exact = at(between)
-            miss = np.abs(PchipInterpolator(speeds, rows)(between) - exact).max(axis=(2, 3))
+            miss = np.abs(scipy.interpolate.PchipInterpolator(speeds, rows)(between) - exact).max(
+                axis=(2, 3)
+            )
             size = np.abs(exact).max(axis=(2, 3))
             good &= (miss <= _SAFETY * tolerance * size).all(axis=1)
         if good.all():

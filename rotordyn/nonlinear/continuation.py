@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 import scipy.linalg as la
-import scipy.optimize as opt
 
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
@@ -246,7 +246,9 @@ def _turning_point(
         return found.along_speed / scale.speed_rad_s
 
     try:
-        opt.brentq(along_speed, 0.0, length, xtol=1e-3 * _TURNED * length, maxiter=60, disp=False)
+        scipy.optimize.brentq(
+            along_speed, 0.0, length, xtol=1e-3 * _TURNED * length, maxiter=60, disp=False
+        )
     except ArithmeticError:
         return None
     return None if best is None else replace(best, is_turning=True)

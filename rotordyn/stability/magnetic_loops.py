@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 import scipy.linalg as la
-from scipy.optimize import minimize_scalar
 
 from solidwhirl.rotordyn.assembly.coordinates import seat_motion
 from solidwhirl.rotordyn.assembly.parts import End
@@ -184,7 +184,7 @@ def _peak(
     tops = np.flatnonzero((sampled >= ends[:-2]) & (sampled >= ends[2:]) & (sampled > 0.5 * best))
     for k in tops:
         low, high = samples[max(k - 1, 0)], samples[min(k + 1, len(samples) - 1)]
-        found = minimize_scalar(
+        found = scipy.optimize.minimize_scalar(
             lambda w: -abs(plant.sensitivities(w)[axis]),
             bounds=(low, high),
             method="bounded",

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+import scipy
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, at_rate
 from solidwhirl.rotordyn.core.arrays import ComplexArray
@@ -111,7 +111,7 @@ def _window(
     at = int(np.argmax([motion.value.real for motion in inside]))
     top = inside[at]
     for first, last in pairwise(inside[max(0, at - 1) : at + 2]):
-        found = minimize_scalar(
+        found = scipy.optimize.minimize_scalar(
             lambda speed, near=top: -near.near(assembled, float(speed)).value.real,
             bounds=(first.speed, last.speed),
             method="bounded",

@@ -14,7 +14,7 @@ from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
 ENDS = ("xx", "xy", "yx", "yy")
 
 
-class GridError(ValueError):
+class GridError(Exception):
     """Rows that are no table; the message says which."""
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-import pickle
 import signal
 import threading
+from multiprocessing.reduction import ForkingPickler
 from pathlib import Path
 
 
@@ -24,6 +24,6 @@ def _end_with_parent() -> None:
 
 
 def draw(job: bytes, path: Path) -> None:
-    """Draw a picture to a file; `job`: a pickled function that does so."""
+    """Draw a picture to a file; `job`: a function that does so, as it came from the parent."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    pickle.loads(job)(path)
+    ForkingPickler.loads(job)(path)

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-import pickle
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from functools import partial
+from multiprocessing.reduction import ForkingPickler
 from pathlib import Path
 
 from solidwhirl.core.machine import available_memory_gib
@@ -83,7 +83,8 @@ def _job(write: Write) -> bytes | None:
     What fails here fails in this process again when the picture is asked for.
     """
     try:
-        return pickle.dumps(write.ready() if isinstance(write, Drawing) else write)
+        step = write.ready() if isinstance(write, Drawing) else write
+        return bytes(ForkingPickler.dumps(step))
     except Exception:
         return None
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_ross import STEEL, complex_of, shaft
+from ross_shafts import STEEL, complex_of, shaft
 from typer.testing import CliRunner
 
 from solidwhirl.cli import app
