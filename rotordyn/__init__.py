@@ -12,6 +12,11 @@ from solidwhirl.rotordyn.assembly.bearing_laws import (
     TableLaw,
 )
 from solidwhirl.rotordyn.assembly.bearing_notes import BearingNote, bearing_notes
+from solidwhirl.rotordyn.assembly.frequency_laws import (
+    AnyFrequencyLaw,
+    FrequencyLaw,
+    FrequencyTableLaw,
+)
 from solidwhirl.rotordyn.assembly.parts import Bearing, End, Gear, InternalDamping, Rotor, System
 from solidwhirl.rotordyn.assembly.system import (
     AssembledSystem,
@@ -49,6 +54,7 @@ __all__ = [
     "LEE_ANISOTROPIC",
     "LEE_ISOTROPIC",
     "AnalysisError",
+    "AnyFrequencyLaw",
     "AssembledSystem",
     "AssemblyError",
     "Bearing",
@@ -63,6 +69,8 @@ __all__ = [
     "End",
     "ErrorForm",
     "FrequencyErrors",
+    "FrequencyLaw",
+    "FrequencyTableLaw",
     "Gear",
     "InterfaceNode",
     "InternalDamping",

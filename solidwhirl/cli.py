@@ -38,6 +38,7 @@ _COMMANDS = {
     "pictures": _Place("pictures", "pictures"),
     "watch": _Place("watch", "watch"),
     "geometry": _Place("geometry", "geometry"),
+    "bearing": _Place("bearing", "bearing"),
     "export": _Place("files", "export", "EXPORT_EXAMPLES"),
     "formats": _Place("files", "formats", "FORMATS_EXAMPLES"),
     "schema": _Place("files", "schema", "SCHEMA_EXAMPLES"),

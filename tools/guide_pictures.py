@@ -28,6 +28,7 @@ PAGES = {
             "place_map",
             "critical_speed_map",
             "mode_shapes_6000rpm_participation",
+            "static",
             "waterfall",
             "run_up_spectrogram",
             "rotating_campbell",

@@ -22,7 +22,7 @@ NAMED = {
     *("bodies", "materials", "packages", "seconds", "free_frequencies", "speed_ratios", "parts"),
     *("interfaces", "settings", "stages", "files", "couplings", "shafts", "limits", "bearings"),
     *("peaks", "bodies_of_several_materials", "assembled", "solved", "timings_s", "error_parts"),
-    *("sidebands_m", "analyses_cpu_s", "dense_problems", "body_problems"),
+    *("sidebands_m", "analyses_cpu_s", "dense_problems", "body_problems", "gear_forces_n"),
 }
 _TYPES = {str: "string", bool: "boolean", int: "number", float: "number", type(None): "null"}
 

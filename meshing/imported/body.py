@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial import ConvexHull
+import scipy
 
 from solidwhirl.geometry import RigidDisk
 from solidwhirl.meshing.errors import MeshingError
@@ -255,7 +255,7 @@ def _placed(interface: MeshInterface, mesh: Mesh, request: MeshRequest) -> MeshI
 
 def _refuse_beside(name: str, mesh: Mesh) -> None:
     """A body that its axis does not meet, seen along it, turns about nothing that holds it."""
-    edges = ConvexHull(mesh.points[:, :2]).equations
+    edges = scipy.spatial.ConvexHull(mesh.points[:, :2]).equations
     away = float(edges[:, 2].max())
     if away > 0.0:
         raise MeshingError(

@@ -7,8 +7,7 @@ from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
-from scipy.spatial import cKDTree
-from scipy.special import eval_legendre, roots_jacobi
+import scipy
 
 from solidwhirl.meshing.imported.groups import in_box, points_in_box
 from solidwhirl.meshing.imported.records import MassIntegrals, MeshInterface, Roundness
@@ -35,7 +34,7 @@ _FOURTHS = 4
 @lru_cache(maxsize=4)
 def _rule(count: int) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Weights, shape functions (q, 10) and gradients (q, 10, 3): conical product of Gauss rules."""
-    nodes, weights = zip(*(roots_jacobi(count, k, 0) for k in range(3)), strict=True)
+    nodes, weights = zip(*(scipy.special.roots_jacobi(count, k, 0) for k in range(3)), strict=True)
     unit = [0.5 * (n + 1.0) for n in nodes]
     scaled = [w / 2.0 ** (k + 1) for k, w in enumerate(weights)]
     a, b, c = np.meshgrid(unit[0], unit[1], unit[2], indexing="ij")
@@ -122,7 +121,7 @@ def roundness(mesh: Mesh, surface: IntArray) -> Roundness:
     for x, mass in _masses(mesh, _OF_MOMENTS):
         around = x[:, 0] + 1j * x[:, 1]
         along = (2.0 * x[:, 2] - low - high) / (high - low)
-        weights = np.array([eval_legendre(k, along) for k in range(_ALONG)])
+        weights = np.array([scipy.special.eval_legendre(k, along) for k in range(_ALONG)])
         for m in (1, 2):
             uneven[m - 1] += weights @ (mass * around**m)
             even[m - 1] += float(mass @ np.abs(around) ** m)
@@ -144,7 +143,7 @@ def surface_deviation(points: FloatArray, faces: IntArray) -> float:
     x = x[radius > _NEAR_AXIS * radius.max()]
     x = x[:: max(1, -(-len(x) // _MOST))]
     centre = triangles.mean(axis=1)
-    tree, count = cKDTree(centre), min(_NEAREST, len(centre))
+    tree, count = scipy.spatial.cKDTree(centre), min(_NEAREST, len(centre))
     worst = 0.0
     for angle in _ANGLES:
         cos, sin = np.cos(angle), np.sin(angle)

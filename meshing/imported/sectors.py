@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.imported.records import FileMesh
@@ -237,6 +237,6 @@ def _no_match(points: FloatArray, cells: IntArray, count: int) -> str:
 
 def _gaps(points: FloatArray, nodes: IntArray, others: IntArray, count: int) -> FloatArray:
     """Distance of nodes, turned one way or the other, from the nearest of others, (n,)."""
-    tree, angle = cKDTree(points[others]), 2.0 * np.pi / count
+    tree, angle = scipy.spatial.cKDTree(points[others]), 2.0 * np.pi / count
     found = [tree.query(turned(points[nodes], a))[0] for a in (angle, -angle)]
     return np.asarray(np.min(found, axis=0))

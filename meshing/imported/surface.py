@@ -5,9 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
+import scipy
 
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.records import FloatArray, IntArray
@@ -84,7 +82,9 @@ def refuse_unjoined(points: FloatArray, cells: IntArray, faces: Faces) -> None:
     shortest = float(np.linalg.norm(points[ends[:, 0]] - points[ends[:, 1]], axis=2).min())
     if shortest <= 0.0:
         raise MeshingError("an element has two corners at one place")
-    twice = cKDTree(points[corners]).query_pairs(_ONE_PLACE * shortest, output_type="ndarray")
+    twice = scipy.spatial.cKDTree(points[corners]).query_pairs(
+        _ONE_PLACE * shortest, output_type="ndarray"
+    )
     if len(twice):
         raise MeshingError(
             f"{len(twice)} pairs of nodes lie at one place, the first at "
@@ -94,8 +94,10 @@ def refuse_unjoined(points: FloatArray, cells: IntArray, faces: Faces) -> None:
     _refuse_overlaps(points, cells, faces)
     _refuse_cracks(points, faces)
     joined = faces.cells[~faces.outside]
-    graph = coo_matrix((np.ones(len(joined)), (joined[:, 0], joined[:, 1])), (len(cells),) * 2)
-    count, part = connected_components(graph, directed=False)
+    graph = scipy.sparse.coo_matrix(
+        (np.ones(len(joined)), (joined[:, 0], joined[:, 1])), (len(cells),) * 2
+    )
+    count, part = scipy.sparse.csgraph.connected_components(graph, directed=False)
     if count > 1:
         sizes = np.bincount(part)
         places = [

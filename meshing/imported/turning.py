@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from solidwhirl.meshing.imported.surface import Faces
 from solidwhirl.meshing.records import FloatArray, IntArray
@@ -56,7 +56,7 @@ def partners(points: FloatArray, nodes: IntArray, angle: float, tolerance: float
     `angle`: in rad; `tolerance`: largest distance [m].
     """
     out = np.full(len(points), -1, dtype=np.int64)
-    tree = cKDTree(points[nodes])
+    tree = scipy.spatial.cKDTree(points[nodes])
     _, near = tree.query(turned(points[nodes], angle), distance_upper_bound=tolerance)
     found = near < len(nodes)
     out[nodes[found]] = nodes[near[found]]
@@ -119,7 +119,7 @@ def inside(points: FloatArray, cells: IntArray, places: FloatArray) -> BoolArray
     octave = np.floor(np.log2(reach)).astype(np.int64)
     for k in np.unique(octave):
         own = np.flatnonzero(octave == k)
-        near = cKDTree(centre[own]).query_ball_point(places, float(reach[own].max()))
+        near = scipy.spatial.cKDTree(centre[own]).query_ball_point(places, float(reach[own].max()))
         of = np.repeat(np.arange(len(places)), [len(found) for found in near])
         cell = own[np.array([c for found in near for c in found], dtype=np.int64)]
         a, b, c = (corner[cell, k] - corner[cell, 0] for k in (1, 2, 3))

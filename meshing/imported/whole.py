@@ -6,8 +6,7 @@ import heapq
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.spatial import cKDTree
+import scipy
 
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.imported.records import ElementBlock, FileMesh
@@ -93,7 +92,7 @@ def _all_partners(
     if (partner[used] >= 0).all() and len(np.unique(partner[used])) == len(used):
         return partner
     lost = used[partner[used] < 0]
-    tree = cKDTree(found.points[used])
+    tree = scipy.spatial.cKDTree(found.points[used])
     gaps = tree.query(turned(found.points[lost], 2.0 * np.pi / count))[0]
     worst = found.points[lost[gaps.argmax()]]
     raise MeshingError(
@@ -120,7 +119,7 @@ def _volumes_text(tetrahedra: Tetrahedra, count: int) -> str:
 def _counts_text(points: FloatArray, tolerance: float) -> str:
     """Numbers of sectors for which all nodes have partners."""
     nodes, some = np.arange(len(points)), points[:: -(-len(points) // 50)]
-    tree = cKDTree(points)
+    tree = scipy.spatial.cKDTree(points)
     fitting = []
     for n in range(3, _TRIED):
         gap, _ = tree.query(turned(some, 2.0 * np.pi / n), distance_upper_bound=tolerance)
@@ -215,15 +214,17 @@ def _refuse_uneven(name: str, members: IntArray, elements: _Orbits, count: int) 
         )
 
 
-def _beside(found: FileMesh, tetrahedra: Tetrahedra, count: int) -> coo_matrix:
+def _beside(found: FileMesh, tetrahedra: Tetrahedra, count: int) -> scipy.sparse.coo_matrix:
     """Graph of elements that share a face, as rows of neighbours."""
     faces = faces_of(tetrahedra.cells)
     number = _first_elements(found)[tetrahedra.block] + tetrahedra.row
     a, b = number[faces.cells[~faces.outside]].T
-    return coo_matrix((np.ones(2 * len(a)), (np.append(a, b), np.append(b, a))), (count,) * 2)
+    return scipy.sparse.coo_matrix(
+        (np.ones(2 * len(a)), (np.append(a, b), np.append(b, a))), (count,) * 2
+    )
 
 
-def _grown(graph: coo_matrix, middle: FloatArray, elements: _Orbits) -> IntArray:
+def _grown(graph: scipy.sparse.coo_matrix, middle: FloatArray, elements: _Orbits) -> IntArray:
     """One element of each orbit, each beside one taken before, those nearest to a plane first.
 
     The plane goes through the outermost element, as a blade has it.

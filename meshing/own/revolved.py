@@ -14,7 +14,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from solidwhirl.geometry import Body
 from solidwhirl.meshing.errors import MeshingError
@@ -98,7 +98,7 @@ def meridian_errors(
     """
     flat = np.flatnonzero(np.abs(points[:, 1]) <= _NEAR * np.abs(points).max())
     z_r = np.column_stack([points[:, 2], np.hypot(points[:, 0], points[:, 1])])
-    _, below = cKDTree(z_r[flat]).query(z_r)
+    _, below = scipy.spatial.cKDTree(z_r[flat]).query(z_r)
     # of the four corners two lie on the circle of one node
     around = np.sort(below[cells], axis=1)
     twice = np.argmax(around[:, 1:] == around[:, :-1], axis=1)

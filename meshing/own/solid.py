@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import gmsh
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from solidwhirl.geometry import Body, Subdivision, merge_fillets, subdivide
 from solidwhirl.meshing.errors import MeshingError
@@ -190,7 +190,9 @@ def _partners(first: FloatArray, last: FloatArray, scale: float) -> IntArray:
     """For every node of the last cut the node of the first cut that it is a turn of."""
     if len(first) != len(last):
         raise MeshingError(f"cut faces do not match: {len(first)} and {len(last)} nodes")
-    gap, partner = cKDTree(first).query(last) if len(last) else (np.zeros(1), np.array([], int))
+    gap, partner = (
+        scipy.spatial.cKDTree(first).query(last) if len(last) else (np.zeros(1), np.array([], int))
+    )
     if gap.max() > 1e-7 * scale or len(np.unique(partner)) != len(last):
         raise MeshingError(f"cut faces do not match: nodes are {gap.max():.3g} m apart")
     return np.asarray(partner, dtype=np.int64)

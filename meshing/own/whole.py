@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.records import FloatArray, IntArray, Mesh
@@ -78,7 +78,7 @@ def cut_partners(
     """
     scale = float(np.abs(points).max())
     off_axis = np.flatnonzero(np.hypot(points[:, 0], points[:, 1]) > within * scale)
-    gap, partner = cKDTree(points[off_axis]).query(
+    gap, partner = scipy.spatial.cKDTree(points[off_axis]).query(
         turned(points[off_axis], 2.0 * np.pi / count), distance_upper_bound=within * scale
     )
     first = np.flatnonzero(np.isfinite(gap))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Protocol
@@ -156,7 +156,9 @@ class TableLaw(_LawOfPieces):
         problems = _table_problems(self)
         if problems:
             raise AssemblyError(tuple(f"law {self.name!r}: {text}" for text in problems))
-        object.__setattr__(self, "_pieces", _table_pieces(self))
+        values = np.stack((self.stiffness_n_per_m, self.damping_n_s_per_m), axis=1).astype(float)
+        starts, rows = cubic_pieces(self.speeds_rad_s, values, self.interpolation)
+        object.__setattr__(self, "_pieces", LawPieces(starts_rad_s=starts, polynomials=rows))
 
     @property
     def speed_range_rad_s(self) -> tuple[float, float]:
@@ -168,14 +170,7 @@ class TableLaw(_LawOfPieces):
 
         Raises AssemblyError if the bearing has coefficients of its own, which a table replaces.
         """
-        own = {"stiffness_n_per_m": stiffness_n_per_m, "damping_n_s_per_m": damping_n_s_per_m}
-        for name, matrix in own.items():
-            if matrix.any():
-                text = (
-                    f"law {self.name!r} is a table of absolute values, but the bearing has {name} "
-                    f"= {matrix.tolist()} of its own; leave them out"
-                )
-                raise AssemblyError((text,))
+        refuse_own(self.name, stiffness_n_per_m, damping_n_s_per_m)
         return self._pieces
 
 
@@ -212,6 +207,9 @@ def mirrored_law(law: SpeedLaw) -> SpeedLaw:
     """Return a law with the signs of its cross terms changed; a polynomial has none."""
     if isinstance(law, PolynomialLaw):
         return law
+    own: Callable[[], SpeedLaw] | None = getattr(law, "mirrored", None)
+    if own is not None:
+        return own()
     if not isinstance(law, TableLaw):
         return _MirroredLaw(law)
     stiffness, damping = mirrored(law.stiffness_n_per_m), mirrored(law.damping_n_s_per_m)
@@ -225,7 +223,12 @@ def is_turned_by_spin(law: SpeedLaw) -> bool:
     """
     if isinstance(law, TableLaw):
         return not law.pieces(np.zeros((2, 2)), np.zeros((2, 2))).is_symmetric
-    return not isinstance(law, PolynomialLaw)
+    return not (isinstance(law, PolynomialLaw) or getattr(law, "is_symmetric", False))
+
+
+def law_motions(law: SpeedLaw) -> tuple[int, ...]:
+    """Return which of ux, uy, uz, rx, ry, rz a law is on: the first two, or four with tilts."""
+    return (0, 1, 3, 4)[: getattr(law, "size", 2)]
 
 
 def law_pieces(
@@ -239,25 +242,46 @@ def law_pieces(
     return None if pieces is None else pieces(stiffness_n_per_m, damping_n_s_per_m)
 
 
-def _table_pieces(law: TableLaw) -> LawPieces:
-    """Return a table as pieces: constant below and beyond its rows."""
-    speeds = np.asarray(law.speeds_rad_s, dtype=float)
-    values = np.stack((law.stiffness_n_per_m, law.damping_n_s_per_m), axis=1).astype(float)
-    rows = np.zeros((speeds.size, 4, 2, 2, 2))
+def refuse_own(law: str, stiffness_n_per_m: FloatArray, damping_n_s_per_m: FloatArray) -> None:
+    """Refuse a bearing's own coefficients, which a table replaces.
+
+    `law`: its name. Raises AssemblyError if one is not zero.
+    """
+    own = {"stiffness_n_per_m": stiffness_n_per_m, "damping_n_s_per_m": damping_n_s_per_m}
+    for name, matrix in own.items():
+        if matrix.any():
+            text = (
+                f"law {law!r} is a table of absolute values, but the bearing has {name} "
+                f"= {matrix.tolist()} of its own; leave them out"
+            )
+            raise AssemblyError((text,))
+
+
+def cubic_pieces(
+    speeds: FloatArray, values: FloatArray, interpolation: str
+) -> tuple[tuple[float, ...], FloatArray]:
+    """Return tabulated values as polynomials: constant below and beyond the rows of the table.
+
+    `speeds`: rising, shape (s,); `values`: shape (s, ...). Returns the speeds at which the pieces
+    begin, the first 0, and the coefficients, lowest order first, shape (pieces, 4, ...).
+    """
+    speeds = np.asarray(speeds, dtype=float)
+    rows = np.zeros((speeds.size, 4, *values.shape[1:]))
     rows[:, 0] = values
-    if law.interpolation == "monotone":
+    if interpolation == "monotone":
         # imported here as it takes a tenth of a second
         from scipy.interpolate import PchipInterpolator
 
         rows[:-1] = PchipInterpolator(speeds, values).c[::-1].swapaxes(0, 1)
     else:
-        rows[:-1, 1] = np.diff(values, axis=0) / np.diff(speeds).reshape(-1, 1, 1, 1)
+        steps = np.diff(speeds).reshape(-1, *[1] * (values.ndim - 1))
+        rows[:-1, 1] = np.diff(values, axis=0) / steps
     starts = tuple(speeds.tolist())
     if starts[0] > 0:
         below = np.zeros_like(rows[:1])
         below[0, 0] = values[0]
         starts, rows = (0.0, *starts), np.concatenate((below, rows))
-    return LawPieces(starts_rad_s=starts, polynomials=rows)
+    return starts, rows
 
 
 def _diagonal(law: str, name: str, matrix: FloatArray) -> tuple[float, float]:
@@ -273,20 +297,26 @@ def _diagonal(law: str, name: str, matrix: FloatArray) -> tuple[float, float]:
     return xx, yy
 
 
-def _table_problems(law: TableLaw) -> list[str]:
-    problems = []
-    speeds, count = law.speeds_rad_s, law.speeds_rad_s.size
-    if speeds.ndim != 1 or count < 2:
-        return [f"speeds_rad_s has shape {speeds.shape}; two or more speeds are needed"]
-    rising = np.isfinite(speeds).all() and speeds[0] >= 0 and (np.diff(speeds) > 0).all()
+def axis_problems(name: str, values: FloatArray) -> list[str]:
+    """Return what is wrong with the speeds or frequencies of a table, rad/s."""
+    if values.ndim != 1 or values.size < 2:
+        return [f"{name} has shape {values.shape}; two or more are needed"]
+    rising = np.isfinite(values).all() and values[0] >= 0 and (np.diff(values) > 0).all()
     if not rising:
-        problems.append(f"speeds_rad_s is {speeds.tolist()}; allowed is 0 <= first < second < ...")
-    elif (np.diff(speeds) <= _ONE_SPEED * speeds[-1]).any():
-        at = int(np.argmin(np.diff(speeds)))
-        problems.append(
-            f"the rows at {speeds[at]:.6g} and {speeds[at + 1]:.6g} rad/s are at one speed beside "
-            f"the highest, {speeds[-1]:.6g} rad/s; they must be farther apart than 1e-12 of it"
-        )
+        return [f"{name} is {values.tolist()}; allowed is 0 <= first < second < ..."]
+    if (np.diff(values) <= _ONE_SPEED * values[-1]).any():
+        at = int(np.argmin(np.diff(values)))
+        return [
+            f"the rows at {values[at]:.6g} and {values[at + 1]:.6g} rad/s are at one speed beside "
+            f"the highest, {values[-1]:.6g} rad/s; they must be farther apart than 1e-12 of it"
+        ]
+    return []
+
+
+def _table_problems(law: TableLaw) -> list[str]:
+    problems, count = axis_problems("speeds_rad_s", law.speeds_rad_s), law.speeds_rad_s.size
+    if law.speeds_rad_s.ndim != 1 or count < 2:
+        return problems
     for name in ("stiffness_n_per_m", "damping_n_s_per_m"):
         values = getattr(law, name)
         if values.shape != (count, 2, 2):

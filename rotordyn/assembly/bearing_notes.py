@@ -9,9 +9,10 @@ from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import minimize_scalar
+import scipy
 
 from solidwhirl.rotordyn.assembly.bearing_laws import TableLaw
+from solidwhirl.rotordyn.assembly.frequency_laws import FrequencyTableLaw, frequency_law
 from solidwhirl.rotordyn.assembly.law_pieces import BearingCoefficients, LawPieces
 from solidwhirl.rotordyn.assembly.parts import Bearing
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, spin_sign
@@ -166,7 +167,11 @@ def coefficients_at_speed(
     """
     if bearing.speed_law is None:
         return BearingCoefficients(bearing.stiffness_n_per_m, bearing.damping_n_s_per_m)
-    return bearing.speed_law.coefficients(
+    law = bearing.speed_law
+    by_frequency = frequency_law(law)
+    if by_frequency is not None:  # for slow motions: those of added mass are no stiffness
+        law = by_frequency.at_rate(0j)
+    return law.coefficients(
         spin_ratio(assembled, bearing) * abs(speed_rad_s),
         bearing.stiffness_n_per_m,
         bearing.damping_n_s_per_m,
@@ -182,7 +187,7 @@ def _range_findings(
     ratio = spin_ratio(assembled, bearing)
     low, high = law.speed_range_rad_s
     kind, beyond = "law", "its polynomials go on"
-    if isinstance(law, TableLaw):
+    if isinstance(law, TableLaw | FrequencyTableLaw):
         kind, beyond = "table", "end values are held"
     for sign, end in ((-1.0, low), (1.0, high)):
         outside = speeds[sign * ratio * speeds > sign * end * (1.0 + sign * _ROUNDED_ZERO)]
@@ -233,7 +238,9 @@ def _negative_intervals(
     for i in range(1, len(values) - 1):
         # A dip between samples: the minimum is at or beside a sample that is not negative.
         if 0 <= values[i] <= min(values[i - 1], values[i + 1]) and values[i - 1] != values[i]:
-            found = minimize_scalar(measure, bounds=speeds[[i - 1, i + 1]], method="bounded")
+            found = scipy.optimize.minimize_scalar(
+                measure, bounds=speeds[[i - 1, i + 1]], method="bounded"
+            )
             if found.fun < 0:
                 points.append((float(found.x), float(found.fun)))
     points.sort()

@@ -12,9 +12,10 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 import scipy.linalg as la
-from scipy.cluster.hierarchy import DisjointSet
 
+from solidwhirl.rotordyn.assembly.bearing_laws import law_motions
 from solidwhirl.rotordyn.assembly.coordinates import Rows, seat_motion, tooth_motion
 from solidwhirl.rotordyn.assembly.parts import Gear, System
 from solidwhirl.rotordyn.core.arrays import FloatArray
@@ -89,7 +90,9 @@ def _links(system: System, slices: Mapping[str, slice]) -> list[_Link]:
         stiffness, damping = bearing.matrices()
         if bearing.speed_law is not None:
             law = bearing.speed_law.coefficients(_AT_REST, stiffness[:2, :2], damping[:2, :2])
-            stiffness[:2, :2] = law.stiffness_n_per_m
+            held = np.ix_(*[law_motions(bearing.speed_law)] * 2)
+            stiffness[:2, :2] = 0.0
+            stiffness[held] += law.stiffness_n_per_m
         for at, component in enumerate(MOTIONS):
             strength = np.inf if component in bearing.rigid else abs(stiffness[at, at])
             if strength == 0:
@@ -178,7 +181,7 @@ def _transformation(system: System, slices: Mapping[str, slice]) -> tuple[FloatA
 def _spanning_tree(total: int, links: list[_Link]) -> dict[int, list[tuple[int, float]]]:
     """Return the neighbours of each coordinate and of the ground in the strongest tree."""
     tree: dict[int, list[tuple[int, float]]] = {i: [] for i in range(GROUND, total)}
-    groups = DisjointSet(range(GROUND, total))
+    groups = scipy.cluster.hierarchy.DisjointSet(range(GROUND, total))
     for link in links:
         if groups.merge(link.first, link.second):
             tree[link.first].append((link.second, link.strength))

@@ -341,7 +341,8 @@ def _end_problems(system: System, bearing: Bearing) -> Iterator[str]:
     needed = [c for i, c in enumerate(MOTIONS) if used[i].any() or used[:, i].any()]
     needed += [c for c in bearing.rigid if c in MOTIONS and c not in needed]
     if bearing.speed_law is not None:
-        needed += [c for c in ("ux", "uy") if c not in needed]
+        held = [MOTIONS[at] for at in bearing_laws.law_motions(bearing.speed_law)]
+        needed += [c for c in held if c not in needed]
     for end in bearing.ends:
         yield from _seat_problems(system, end, needed)
 

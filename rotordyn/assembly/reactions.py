@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy.linalg as la
 
+from solidwhirl.rotordyn.assembly.bearing_laws import law_motions
 from solidwhirl.rotordyn.assembly.coordinates import Rows, body_rows, joint_motion, tooth_motion
 from solidwhirl.rotordyn.assembly.internal_damping import body_damping
 from solidwhirl.rotordyn.assembly.parts import Bearing
@@ -153,8 +154,9 @@ def _flexible_force(assembled: AssembledSystem, bearing: Bearing, motion: _Motio
     force = place @ stiffness.T + speed @ damping.T
     (law,) = (joint for joint in assembled.law_joints if joint.bearing == bearing.name)
     of_place, of_speed = law.coefficients_along(motion.speed[:, 0])
-    force[:, :2] += np.einsum("pij,pj->pi", of_place, place[:, :2])
-    force[:, :2] += np.einsum("pij,pj->pi", of_speed, speed[:, :2])
+    at = list(law_motions(law.law))
+    force[:, at] += np.einsum("pij,pj->pi", of_place, place[:, at])
+    force[:, at] += np.einsum("pij,pj->pi", of_speed, speed[:, at])
     return np.asarray(force)
 
 

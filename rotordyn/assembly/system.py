@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -12,8 +13,9 @@ import numpy.typing as npt
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly import parts
-from solidwhirl.rotordyn.assembly.bearing_laws import SpeedLaw, law_pieces
+from solidwhirl.rotordyn.assembly.bearing_laws import SpeedLaw, law_motions, law_pieces
 from solidwhirl.rotordyn.assembly.coordinates import Placed, Rows, joint_motion, tooth_motion
+from solidwhirl.rotordyn.assembly.frequency_laws import FrequencyLaw, frequency_law
 from solidwhirl.rotordyn.assembly.internal_damping import body_damping
 from solidwhirl.rotordyn.assembly.joints import independent_coordinates
 from solidwhirl.rotordyn.assembly.law_pieces import LawPieces
@@ -44,7 +46,8 @@ class LawJoint:
     the bearing's own coefficients, which the law scales, shape (2, 2); `motion`: relative ux and
     uy of the bearing per independent coordinate, shape (2, n). `pieces`: the coefficients as
     polynomials of |Ω|; None of a law that does not tell them, of whose structure nothing is known
-    then.
+    then. A law that depends on the frequency of the motion is taken at that of the spin, see
+    `at_whirl_ratio` and `at_rate`; `motion` has the tilts as well where it joins them.
     """
 
     bearing: str
@@ -65,6 +68,15 @@ class LawJoint:
     def knots_rad_s(self) -> tuple[float, ...]:
         """Speeds Ω > 0 of the reference shaft at which a table has its knots, rising."""
         return () if self.pieces is None else self.pieces.knots_rad_s
+
+    @property
+    def frequency_law(self) -> FrequencyLaw | None:
+        """The law if it depends on the frequency, else None."""
+        return frequency_law(self.law)
+
+    def with_law(self, law: SpeedLaw) -> LawJoint:
+        """Return the joint with another law."""
+        return dataclasses.replace(self, law=law)
 
     def coefficients_along(self, speeds_rad_s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return stiffness and damping at speeds Ω of shape (s,), (s, 2, 2) each."""
@@ -134,6 +146,17 @@ class AssembledSystem(ReadOnlyArrays):
     def knots_rad_s(self) -> tuple[float, ...]:
         """Speeds Ω > 0 at which a speed law has a knot, rising: every search looks at them."""
         return tuple(sorted({knot for joint in self.law_joints for knot in joint.knots_rad_s}))
+
+    @property
+    def frequency_laws(self) -> tuple[FrequencyLaw, ...]:
+        """Laws of the bearings whose force depends on the frequency of the motion."""
+        laws = (joint.frequency_law for joint in self.law_joints)
+        return tuple(law for law in laws if law is not None)
+
+    @property
+    def depends_on_frequency(self) -> bool:
+        """Whether the force of a bearing depends on the frequency of the motion."""
+        return bool(self.frequency_laws)
 
     @property
     def has_constant_bearings(self) -> bool:
@@ -249,6 +272,55 @@ def matrices_at_speed(assembled: AssembledSystem, speed_rad_s: float) -> SpeedMa
     )
 
 
+def bearing_matrices(
+    assembled: AssembledSystem, bearing: Bearing, speed_rad_s: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return stiffness and damping of a bearing on ux, uy, uz, rx, ry, rz at a speed, (6, 6)."""
+    stiffness, damping = bearing.matrices()
+    for joint in assembled.law_joints:
+        if joint.bearing == bearing.name:
+            at = np.ix_(*[law_motions(joint.law)] * 2)
+            stiffness[:2, :2] = damping[:2, :2] = 0.0
+            k, c = joint.coefficients(speed_rad_s)
+            stiffness[at] += k
+            damping[at] += c
+    return stiffness, damping
+
+
+# A system is a record that never changes; analyses ask for few ratios, and for one rate per mode.
+@lru_cache(maxsize=16)
+def at_whirl_ratio(assembled: AssembledSystem, ratio: float) -> AssembledSystem:
+    """Return a system for motions whose frequency is a multiple of the speed, |ratio Ω|.
+
+    Exact for steady motions of that frequency: bearings whose force depends on the frequency become
+    ones that depend on the speed. The system itself if it has none of them.
+    """
+    return _frozen(
+        assembled,
+        lambda joint, law: law.at_whirl_ratio(abs(ratio / joint.speed_ratio)),
+    )
+
+
+def at_rate(assembled: AssembledSystem, rate: complex) -> AssembledSystem:
+    """Return a system whose bearings have the force that they have at one rate s of the motion.
+
+    An eigenvalue of the one at its own rate is one of the other.
+    """
+    return _frozen(assembled, lambda joint, law: law.at_rate(rate))
+
+
+def _frozen(
+    assembled: AssembledSystem, change: Callable[[LawJoint, FrequencyLaw], SpeedLaw]
+) -> AssembledSystem:
+    if not assembled.depends_on_frequency:
+        return assembled
+    joints = tuple(
+        joint if joint.frequency_law is None else joint.with_law(change(joint, joint.frequency_law))
+        for joint in assembled.law_joints
+    )
+    return dataclasses.replace(assembled, law_joints=joints)
+
+
 def _with_spin(system: System) -> tuple[Bearing, ...]:
     """Return the bearings as the shafts turn: films under those that turn backward are mirrored."""
     return tuple(
@@ -321,7 +393,7 @@ def _law_joints(rows: Rows) -> tuple[LawJoint, ...]:
             speed_ratio=rows.system.rotors[bearing.first.body].speed_ratio,
             stiffness_n_per_m=bearing.stiffness_n_per_m,
             damping_n_s_per_m=bearing.damping_n_s_per_m,
-            motion=joint_motion(rows, bearing)[:2],
+            motion=joint_motion(rows, bearing)[list(law_motions(bearing.speed_law))],
         )
         for bearing in rows.system.bearings
         if bearing.speed_law is not None

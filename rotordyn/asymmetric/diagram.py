@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+import scipy
 import scipy.linalg as la
-from scipy.optimize import linear_sum_assignment
 
 from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.asymmetric.assembly import RotatingSystem
@@ -160,7 +160,7 @@ def _followed(
     scale = np.abs(before.values[chosen])[:, None] + step
     overlap = _overlap(periodic, before, after, chosen)
     cost = near / scale + _SHAPE * (1.0 - overlap)
-    rows, columns = linear_sum_assignment(cost)
+    rows, columns = scipy.optimize.linear_sum_assignment(cost)
     return np.asarray(columns[np.argsort(rows)])
 
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
+import scipy
 import scipy.linalg as la
-from scipy.optimize import linear_sum_assignment
 
 from solidwhirl.rotordyn.assembly.coordinates import body_rows
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
@@ -200,7 +200,7 @@ def branch_columns(wanted: ComplexArray, values: ComplexArray, speed_rad_s: floa
     AnalysisError if a branch is not among the modes.
     """
     distance = np.abs(wanted[:, None] - values) / np.abs(wanted)[:, None]
-    rows, columns = linear_sum_assignment(np.minimum(distance, 1.0))
+    rows, columns = scipy.optimize.linear_sum_assignment(np.minimum(distance, 1.0))
     if rows.size < wanted.size or (distance[rows, columns] > _FOUND).any():
         raise AnalysisError(
             f"the diagram has a branch at {speed_rad_s:.6g} rad/s that is no mode of this system; "

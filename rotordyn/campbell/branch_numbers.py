@@ -8,17 +8,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
+import scipy
 
 from solidwhirl.rotordyn.assembly.coordinates import body_rows
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.campbell.body_frames import branch_columns
 from solidwhirl.rotordyn.campbell.diagram import Campbell
-from solidwhirl.rotordyn.campbell.matching import mode_columns, overlaps
+from solidwhirl.rotordyn.campbell.matching import overlaps
 from solidwhirl.rotordyn.campbell.tracking import Tracker
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
 from solidwhirl.rotordyn.modes.centreline import interface_rows
-from solidwhirl.rotordyn.modes.eigen import Modes, modes_at_speed
+from solidwhirl.rotordyn.modes.eigen import Modes, mode_columns, modes_at_speed
 
 # Eigenvalues of branches closer than this (relative) do not tell them apart.
 _SAME = 1e-7
@@ -107,7 +107,7 @@ def _partners(assembled: AssembledSystem, modes: Modes, found: Modes) -> IntArra
     place = np.arange(max(apart.shape)) / max(apart.shape)
     order = np.abs(place[: apart.shape[0], None] - place[: apart.shape[1]])
     cost = np.minimum(apart / _FOUND, 2.0) - mac + _IN_ORDER * order
-    rows, columns = linear_sum_assignment(cost)
+    rows, columns = scipy.optimize.linear_sum_assignment(cost)
     near = apart[rows, columns] <= _FOUND
     partner[rows[near]] = columns[near]
     return partner

@@ -12,8 +12,7 @@ from itertools import combinations, pairwise
 from typing import Literal, NamedTuple
 
 import numpy as np
-from scipy.interpolate import BarycentricInterpolator
-from scipy.optimize import brentq
+import scipy
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, matrices_at_speed
 from solidwhirl.rotordyn.campbell.continued import alone_at, turning_point
@@ -21,13 +20,12 @@ from solidwhirl.rotordyn.campbell.matching import (
     GOOD_OVERLAP,
     SAME_FREQUENCY,
     Tracked,
-    mode_columns,
     overlaps,
 )
 from solidwhirl.rotordyn.campbell.tracking import Chain, Tracker
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, IntArray
 from solidwhirl.rotordyn.modes.damping import PEAKLESS, damping_ratio
-from solidwhirl.rotordyn.modes.eigen import Modes, scaled_stiffness, whole_group_count
+from solidwhirl.rotordyn.modes.eigen import Modes, mode_columns, scaled_stiffness, whole_group_count
 
 # Frequencies closer than this (relative) at rest are equal.
 _EQUAL = 1e-8
@@ -431,8 +429,10 @@ def _meeting_speed(
     places, distances = (list(v[np.isfinite(gap)]) for v in (speeds, gap))
     speed = np.inf
     while True:
-        through, before = BarycentricInterpolator(places, distances), speed
-        speed = brentq(lambda at, p=through: float(p(at)), low.speed_rad_s, high.speed_rad_s)
+        through, before = scipy.interpolate.BarycentricInterpolator(places, distances), speed
+        speed = scipy.optimize.brentq(
+            lambda at, p=through: float(p(at)), low.speed_rad_s, high.speed_rad_s
+        )
         step = min(abs(speed - before), np.abs(np.array(places) - speed).min())
         here = None
         if step > _PLACED * abs(high.speed_rad_s - low.speed_rad_s) and len(places) < _MOST_PLACES:

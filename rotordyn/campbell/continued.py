@@ -12,10 +12,10 @@ from solidwhirl.rotordyn.campbell.matching import (
     POOR_OVERLAP,
     SAME_FREQUENCY,
     match_modes,
-    mode_columns,
 )
 from solidwhirl.rotordyn.core.arrays import ComplexArray, together
-from solidwhirl.rotordyn.modes.eigen import Modes, modes_at_speed
+from solidwhirl.rotordyn.modes.eigen import Modes, mode_columns, modes_at_speed
+from solidwhirl.rotordyn.modes.frequency_dependent import modes_near
 from solidwhirl.rotordyn.modes.nearby import nearby_modes
 
 # Eigenvalues closer than this (relative) are sought as one group.
@@ -43,11 +43,10 @@ def continued(
     two is below 0.8, or other modes are as near.
     """
     near, expected = _expected(low, high, speed_rad_s)
-    matrices = matrices_at_speed(assembled, speed_rad_s)
     values, shapes = np.empty_like(expected), np.empty(near.shapes.shape, dtype=complex)
     for group in together(np.abs(expected[:, None] - expected) <= _NEAR * np.abs(expected)):
         rate = complex(expected[group].mean())
-        found = nearby_modes(matrices, rate, near.shapes[:, group]) if rate else None
+        found = modes_near(assembled, speed_rad_s, rate, near.shapes[:, group]) if rate else None
         if found is None:
             return None
         values[group], shapes[:, group] = found
@@ -69,9 +68,8 @@ def alone_at(
     As `continued`, but of branches that may pass through each other: shapes are not compared.
     """
     near, expected = _expected(low, high, speed_rad_s)
-    matrices = matrices_at_speed(assembled, speed_rad_s)
     found = [
-        nearby_modes(matrices, complex(rate), near.shapes[:, [k]])
+        modes_near(assembled, speed_rad_s, complex(rate), near.shapes[:, [k]])
         for k, rate in enumerate(expected)
     ]
     values = [one[0][0] for one in found if one is not None]
@@ -132,6 +130,8 @@ def _turning_near(assembled: AssembledSystem, mode: Modes, still_rad_s: float) -
     With λ = s ± √d the discriminant d is as smooth as the system where it is zero, and the two
     states span one subspace on both sides: d is followed to its zero by the secant method.
     """
+    if assembled.depends_on_frequency:  # of two motions that meet each has its own bearings
+        return None
     value, shapes = complex(mode.eigenvalues[0]), np.hstack((mode.shapes, mode.shapes.conj()))
     limits = sorted((mode.speed_rad_s, still_rad_s))
     before, above, beside = mode.speed_rad_s, -(value.imag**2), _OFF * abs(value)

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 import scipy.linalg as la
-from scipy.optimize import linear_sum_assignment
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, matrices_at_speed
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
-from solidwhirl.rotordyn.modes.eigen import Modes
+from solidwhirl.rotordyn.modes.eigen import Modes, mode_columns
 
 # Frequencies closer than this (relative) are one cluster, and a veering narrower a crossing.
 SAME_FREQUENCY = 1e-4
@@ -173,23 +173,13 @@ def _turn(metric: _StateMetric, group: Modes, product: ComplexArray) -> ComplexA
     left, _, right = la.svd(turned[np.sort(rows)])
     turn: ComplexArray = straight @ (left @ right).conj().T
     size = np.sqrt((np.abs(turn) ** 2).sum(axis=0))
-    _, order = linear_sum_assignment(-(np.abs(turn / size) ** 2))
+    _, order = scipy.optimize.linear_sum_assignment(-(np.abs(turn / size) ** 2))
     return np.asarray(turn[:, order])
-
-
-def mode_columns(modes: Modes, columns: IntArray) -> Modes:
-    """Return some of the modes of a set."""
-    return dataclasses.replace(
-        modes,
-        eigenvalues=modes.eigenvalues[columns],
-        shapes=modes.shapes[:, columns],
-        family=None if modes.family is None else modes.family[columns],
-    )
 
 
 def _assign(product: ComplexArray) -> tuple[IntArray, FloatArray]:
     mac = np.abs(product) ** 2
-    rows, columns = linear_sum_assignment(-mac)
+    rows, columns = scipy.optimize.linear_sum_assignment(-mac)
     partner = np.full(product.shape[0], -1)
     partner[rows] = columns
     found = np.zeros(product.shape[0])

@@ -14,14 +14,10 @@ from solidwhirl.rotordyn.campbell.matching import (
     SAME_FREQUENCY,
     Match,
     Tracked,
-    mode_columns,
 )
 from solidwhirl.rotordyn.core.arrays import BoolArray, IntArray
-from solidwhirl.rotordyn.modes.damping import damping_ratio
-
-# Above this damping ratio a motion creeps: which of many it is at the next speed is no matter.
-CREEPING = 0.995
-
+from solidwhirl.rotordyn.modes.damping import CREEPING, damping_ratio
+from solidwhirl.rotordyn.modes.eigen import mode_columns
 
 # Where two modes of a match exchange their order, and whether they pass through each other there.
 Meet = Callable[[Match, IntArray], tuple[float, bool]]

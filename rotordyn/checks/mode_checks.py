@@ -48,16 +48,22 @@ def check_modes_at_rest(assembled: AssembledSystem, modes: Modes) -> tuple[Invar
     """
     if not modes.eigenvalues.size:
         return ()
-    plain = PlainSystem.of(assembled).at(modes.speed_rad_s)
+    every, speed = PlainSystem.of(assembled), modes.speed_rad_s
     concerns = "frequencies at rest and the beginning of every branch"
+    lowest = modes.eigenvalues[:_LOWEST]
+    misses = [root_miss(every.at(speed, value), value, speed) for value in map(complex, lowest)]
+    roots = worst_of(ROOTS, _AT_REST, concerns, misses, f"the lowest {lowest.size}")
+    if every.depends_on_frequency:
+        names = (_RESIDUAL, "orthogonality of the modes", "elastic energy equals kinetic", COUNT)
+        why = "each mode has its own bearings, which depend on the frequency"
+        return (roots, *(undecided(name, _AT_REST, concerns, why) for name in names))
+    plain = every.at(speed)
     residuals, rounding = _residuals(assembled, modes)
     reason = no_count(assembled, modes.negative_stiffness_count)
     limit = _GENERAL_RESIDUAL_LIMIT if reason else _RESIDUAL_LIMIT
     limit += _ROUNDINGS * rounding
     out = [compared(_RESIDUAL, _AT_REST, float(residuals.max()), limit, concerns)]
-    lowest = modes.eigenvalues[:_LOWEST]
-    misses = [root_miss(plain, complex(value), modes.speed_rad_s) for value in lowest]
-    out.append(worst_of(ROOTS, _AT_REST, concerns, misses, f"the lowest {lowest.size}"))
+    out.append(roots)
     if reason:
         unknown = ("orthogonality of the modes", "elastic energy equals kinetic")
         out += [undecided(name, _AT_REST, concerns, reason) for name in unknown]

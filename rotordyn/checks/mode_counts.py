@@ -7,8 +7,8 @@ systems, nor the scaling, nor the following of branches.
 from __future__ import annotations
 
 import numpy as np
+import scipy
 import scipy.linalg as la
-from scipy.optimize import linear_sum_assignment
 
 from solidwhirl.rotordyn.checks.plain_system import PlainMatrices
 from solidwhirl.rotordyn.core.arrays import ComplexArray
@@ -60,7 +60,7 @@ def missing_modes(
 def _without_partner(wanted: ComplexArray, listed: ComplexArray) -> ComplexArray:
     """Return what has no entry of its own in a list."""
     apart = np.abs(wanted[:, None] - listed) > _FOUND * np.abs(wanted)[:, None]
-    rows, columns = linear_sum_assignment(apart)
+    rows, columns = scipy.optimize.linear_sum_assignment(apart)
     served = np.zeros(wanted.size, dtype=bool)
     served[rows] = ~apart[rows, columns]
     return np.asarray(wanted[~served])

@@ -21,7 +21,7 @@ from solidwhirl.rotordyn.checks.plain_system import (
     joint_errors,
     root_error,
 )
-from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.modes.damping import DEFAULT_RULE
 from solidwhirl.rotordyn.superelement.invariants import Invariant, compared, undecided
@@ -99,6 +99,11 @@ def root_miss(matrices: PlainMatrices, value: complex, speed: float) -> Miss:
     return Miss(found.distance / size, ACCURACY + ROUNDINGS * found.rounding / size, speed)
 
 
+def _at_rate(plain: PlainSystem, value: complex, speed: float) -> Miss:
+    """Return the relative error of an eigenvalue, bearings as they are at it."""
+    return root_miss(plain.at(speed, value), value, speed)
+
+
 def worst_of(name: str, where: str, concerns: str, misses: Sequence[Miss], text: str) -> Invariant:
     """Return the check of the number nearest to its limit.
 
@@ -134,8 +139,10 @@ def check_campbell(
     for speed in chosen:
         column = eigenvalues[:, int(np.argmin(np.abs(speeds_rad_s - speed)))]
         column = column[np.isfinite(column)]
+        misses += [_at_rate(plain, complex(value), float(speed)) for value in column]
+        if plain.depends_on_frequency:
+            continue
         matrices = plain.at(float(speed))
-        misses += [root_miss(matrices, complex(value), float(speed)) for value in column]
         missing = missing_modes(
             matrices, column, count=branch_count, frequency_max_hz=frequency_max_hz
         )
@@ -145,6 +152,9 @@ def check_campbell(
     out = []
     if misses:
         out.append(worst_of(ROOTS, where, concerns, misses, text))
+    if plain.depends_on_frequency:
+        reason = "bearings depend on the frequency: modes are counted as they are found"
+        return (*out, undecided(COUNT, where, concerns, reason))
     if faults:
         text = f"missing: {'; '.join(faults[:_MOST_FAULTS])}"
     return (*out, compared(COUNT, where, len(faults), 0.0, concerns, text))
@@ -212,20 +222,26 @@ def _meetings(
     (start, first), (end, last) = low, high
     middle = 0.5 * (start + end)
     if end - start <= _NARROW * end:
-        values = full_spectrum(plain.at(middle), ratio * middle)
+        values = _on_line(plain, middle, ratio)
         order = np.argsort(np.abs(values.imag - ratio * middle))[: abs(first - last)]
         return [_Meeting(middle, complex(values[at])) for at in order]
-    values = full_spectrum(plain.at(middle), ratio * middle)
+    values = _on_line(plain, middle, ratio)
     there = int(np.count_nonzero(values.imag > ratio * middle))
     halves = ((low, (middle, there)), ((middle, there), high))
     return [m for a, b in halves if a[1] != b[1] for m in _meetings(plain, a, b, ratio)]
 
 
+def _on_line(plain: PlainSystem, speed: float, ratio: float) -> ComplexArray:
+    """Return all roots with bearings as they are at the frequency of the excitation."""
+    line = ratio * speed
+    return full_spectrum(plain.at(speed, 1j * line), line)
+
+
 def _at_speed(plain: PlainSystem, value: complex, speed: float) -> Miss:
     """Error of a root at a speed that is itself rounded: where a law is steep, that is seen."""
-    found = root_miss(plain.at(speed), value, speed)
+    found = _at_rate(plain, value, speed)
     step = _SPEED_ROUNDINGS * float(np.finfo(float).eps) * speed
-    beside = [root_miss(plain.at(speed + side), value, speed).error for side in (-step, step)]
+    beside = [_at_rate(plain, value, speed + side).error for side in (-step, step)]
     moved = max(abs(error - found.error) for error in beside)
     return found._replace(limit=found.limit + moved)
 
@@ -245,7 +261,7 @@ def _between(listed: FloatArray, top: float, knots: Sequence[float]) -> FloatArr
 def _above(plain: PlainSystem, speed: float, ratio: float) -> int | None:
     """Number of roots above the line of an excitation; None if one lies on it."""
     line = ratio * speed
-    values = full_spectrum(plain.at(float(speed)), line)
+    values = _on_line(plain, float(speed), ratio)
     away = values.imag - line
     if (np.abs(away) <= _ON_THE_LINE * line).any():
         return None

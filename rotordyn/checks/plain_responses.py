@@ -17,7 +17,7 @@ from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.modes.damping import NEUTRAL, ROUNDING
 from solidwhirl.rotordyn.response.unbalance import NEAR_REST, Unbalance
-from solidwhirl.rotordyn.superelement.invariants import Invariant, compared
+from solidwhirl.rotordyn.superelement.invariants import Invariant, compared, undecided
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
 
 _EPS = float(np.finfo(float).eps)
@@ -108,8 +108,8 @@ def check_unbalance_response(
     rows = np.vstack([plain.seat(curve.place)[:2] for curve in curves])
 
     def moved(speed: float) -> Motion | None:
-        force = unbalance_load(plain, loads, speed)
-        return motion_under(plain.at(speed), ratio * speed, force, rows) if speed else None
+        force, rate = unbalance_load(plain, loads, speed), ratio * speed
+        return motion_under(plain.at(speed, 1j * rate), rate, force, rows) if speed else None
 
     misses = _deviations(moved, speeds_rad_s, curves, chosen)
     if misses:
@@ -185,6 +185,10 @@ def check_stability(
     `range_rad_s`: of the speeds that were searched; `marks_rad_s`: further speeds, such as knots of
     laws and those of a chart.
     """
+    name = "unstable intervals are those of the system"
+    if plain.depends_on_frequency:
+        reason = "bearings depend on the frequency: no one spectrum has all roots of a speed"
+        return (undecided(name, where, "stability", reason),)
     low, high = range_rad_s
     ends = [end for low_end, high_end, _ in intervals_rad_s for end in (low_end, high_end)]
     tops = {top for _, _, top in intervals_rad_s}
@@ -205,7 +209,6 @@ def check_stability(
             found = "stable" if inside else "unstable"
             faults.append(f"{found} at {speed * RPM_PER_RAD_S:.9g} rpm")
     text = "; ".join(faults[:6]) or f"all roots at {len(looked)} speeds"
-    name = "unstable intervals are those of the system"
     return (compared(name, where, len(faults), 0.0, "stability", text),)
 
 

@@ -17,6 +17,7 @@ import numpy as np
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.bearing_laws import ARGUMENT_UNITS, PolynomialLaw, TableLaw
+from solidwhirl.rotordyn.assembly.frequency_laws import FrequencyTableLaw, frequency_law
 from solidwhirl.rotordyn.assembly.parts import Bearing, End, Rotor, System
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
@@ -76,7 +77,7 @@ class PlainSystem:
         found = set()
         for bearing in self.system.bearings:
             ratio = abs(self.system.rotors[bearing.first.body].speed_ratio)
-            if ratio and isinstance(bearing.speed_law, TableLaw):
+            if ratio and isinstance(bearing.speed_law, TableLaw | FrequencyTableLaw):
                 found |= {float(row) / ratio for row in bearing.speed_law.speeds_rad_s if row > 0}
         return tuple(sorted(found))
 
@@ -87,8 +88,18 @@ class PlainSystem:
             yield name, rotor, self.transformation[start : start + rotor.element.size]
             start += rotor.element.size
 
-    def at(self, speed_rad_s: float) -> PlainMatrices:
-        """Return the matrices at a speed of the reference shaft."""
+    @property
+    def depends_on_frequency(self) -> bool:
+        """Whether the force of a bearing depends on the frequency of the motion."""
+        laws = (bearing.speed_law for bearing in self.system.bearings)
+        return any(getattr(law, "depends_on_frequency", False) for law in laws)
+
+    def at(self, speed_rad_s: float, rate: complex | None = None) -> PlainMatrices:
+        """Return the matrices at a speed of the reference shaft.
+
+        `rate`: s of the motion, at which bearings that depend on the frequency are taken, the added
+        mass of tables with the mass; None takes the frequency of the spin.
+        """
         n = self.transformation.shape[1]
         sums = [np.zeros((n, n)) for _ in range(3)]
         sizes = [np.zeros((n, n)) for _ in range(3)]
@@ -98,7 +109,12 @@ class PlainSystem:
                     _add(sums[k], sizes[k], rows, term)
         for bearing in self.system.bearings:
             rows = self.relative_motion(bearing)
-            stiffness, damping = self.coefficients(bearing, speed_rad_s)
+            stiffness, damping = self.coefficients(bearing, speed_rad_s, rate)
+            if isinstance(bearing.speed_law, FrequencyTableLaw):
+                own = rows[[0, 1, 3, 4][: bearing.speed_law.size]]
+                spin = abs(self.system.rotors[bearing.first.body].speed_ratio * speed_rad_s)
+                omega = spin if rate is None else abs(rate.imag)
+                _add(sums[0], sizes[0], own, _tabulated(bearing.speed_law, spin, omega)[2])
             _add(sums[1], sizes[1], rows, damping)
             _add(sums[2], sizes[2], rows, stiffness)
             if isinstance(bearing.speed_law, PolynomialLaw):
@@ -148,11 +164,13 @@ class PlainSystem:
         )
         terms = dataclasses.replace(bearing, speed_law=plus)
         spin = abs(self.system.rotors[bearing.first.body].speed_ratio * speed_rad_s)
-        stiffness, damping = _law_values(terms, spin)
+        stiffness, damping = _law_values(terms, spin, 1j * spin)
         return np.abs(damping), np.abs(stiffness)
 
-    def coefficients(self, bearing: Bearing, speed_rad_s: float) -> tuple[FloatArray, FloatArray]:
-        """Return stiffness and damping of a bearing on (ux ... rz) at Ω, each (6, 6)."""
+    def coefficients(
+        self, bearing: Bearing, speed_rad_s: float, rate: complex | None = None
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return stiffness and damping of a bearing on (ux ... rz) at Ω and s, each (6, 6)."""
         stiffness, damping = np.zeros((6, 6)), np.zeros((6, 6))
         stiffness[:2, :2], damping[:2, :2] = bearing.stiffness_n_per_m, bearing.damping_n_s_per_m
         stiffness[2, 2] = bearing.axial_stiffness_n_per_m
@@ -163,14 +181,20 @@ class PlainSystem:
         damping[5, 5] = bearing.torsion_damping_n_m_s_per_rad
         if bearing.speed_law is not None:
             spin = abs(self.system.rotors[bearing.first.body].speed_ratio * speed_rad_s)
-            stiffness[:2, :2], damping[:2, :2] = _law_values(bearing, spin)
+            stiffness[:2, :2] = damping[:2, :2] = 0.0
+            values = _law_values(bearing, spin, 1j * spin if rate is None else rate)
+            at = np.ix_(*[[0, 1, 3, 4][: len(values[0])]] * 2)
+            stiffness[at] += values[0]
+            damping[at] += values[1]
         return stiffness, damping
 
 
 def _add(total: FloatArray, size: FloatArray, rows: FloatArray, term: FloatArray) -> None:
     """Add the term of a part that moves by these rows, in place."""
-    total += rows.T @ term @ rows
-    size += np.abs(rows).T @ np.abs(term) @ np.abs(rows)
+    moved = np.flatnonzero(rows.any(axis=0))  # most coordinates are of other parts
+    own, at = rows[:, moved], np.ix_(moved, moved)
+    total[at] += own.T @ term @ own
+    size[at] += np.abs(own).T @ np.abs(term) @ np.abs(own)
 
 
 def _body(rotor: Rotor, spin_rad_s: float) -> tuple[list[FloatArray], ...]:
@@ -201,8 +225,10 @@ def _body(rotor: Rotor, spin_rad_s: float) -> tuple[list[FloatArray], ...]:
     return [np.asarray(element.mass)], velocity, stiffness
 
 
-def _law_values(bearing: Bearing, spin_rad_s: float) -> tuple[FloatArray, FloatArray]:
-    """Return stiffness and damping on (ux, uy) at a spin speed, each (2, 2)."""
+def _law_values(
+    bearing: Bearing, spin_rad_s: float, rate: complex
+) -> tuple[FloatArray, FloatArray]:
+    """Return stiffness and damping on (ux, uy), or with tilts, at a spin speed and a rate."""
     law, own = bearing.speed_law, (bearing.stiffness_n_per_m, bearing.damping_n_s_per_m)
     if isinstance(law, TableLaw):
         speeds = law.speeds_rad_s
@@ -226,9 +252,34 @@ def _law_values(bearing: Bearing, spin_rad_s: float) -> tuple[FloatArray, FloatA
             for m, f in zip(own, factors, strict=True)
         )
         return k, c
+    if isinstance(law, FrequencyTableLaw):
+        stiffness, damping, _ = _tabulated(law, spin_rad_s, abs(rate.imag))
+        return stiffness, damping
     assert law is not None
+    if frequency_law(law) is not None:
+        law = law.at_rate(rate)  # type: ignore[attr-defined]
     other = law.coefficients(spin_rad_s, *own)
     return other.stiffness_n_per_m, other.damping_n_s_per_m
+
+
+def _tabulated(law: FrequencyTableLaw, spin_rad_s: float, frequency_rad_s: float) -> FloatArray:
+    """Return K, C and M as the table has them at a spin speed and a frequency, (3, d, d)."""
+    from scipy.interpolate import PchipInterpolator  # takes a tenth of a second
+
+    speeds, frequencies = law.speeds_rad_s, law.frequencies_rad_s
+    at = float(np.clip(spin_rad_s, speeds[0], speeds[-1]))
+    found = []
+    for table in (law.stiffness_n_per_m, law.damping_n_s_per_m, law.mass_kg):
+        rows = table.reshape(speeds.size, -1)
+        if law.interpolation == "linear":
+            values = np.array([np.interp(at, speeds, column) for column in rows.T])
+        else:
+            values = PchipInterpolator(speeds, rows)(at)
+        if frequencies.size:
+            by_frequency = values.reshape(frequencies.size, -1).T
+            values = np.array([np.interp(frequency_rad_s, frequencies, v) for v in by_frequency])
+        found.append(values.reshape(law.size, law.size))
+    return np.array(found)
 
 
 def joint_errors(plain: PlainSystem) -> tuple[float, int]:

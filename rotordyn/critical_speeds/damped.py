@@ -10,14 +10,13 @@ import numpy as np
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.campbell.branches import all_below, follow
 from solidwhirl.rotordyn.campbell.continued import continued, turning_point
-from solidwhirl.rotordyn.campbell.matching import Tracked, match_modes, mode_columns
-from solidwhirl.rotordyn.campbell.places import CREEPING
+from solidwhirl.rotordyn.campbell.matching import Tracked, match_modes
 from solidwhirl.rotordyn.core.arrays import ComplexArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.critical_speeds.refined import Meeting
 from solidwhirl.rotordyn.critical_speeds.undamped import undamped_places
-from solidwhirl.rotordyn.modes.damping import damping_ratio
-from solidwhirl.rotordyn.modes.eigen import Modes, modes_at_speed
+from solidwhirl.rotordyn.modes.damping import CREEPING, damping_ratio
+from solidwhirl.rotordyn.modes.eigen import Modes, mode_columns, modes_at_speed
 
 # Steps of the search for a damped critical speed, and its relative accuracy.
 _ROOT_STEPS = 80

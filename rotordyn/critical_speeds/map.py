@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+import scipy
 import scipy.linalg as la
-from scipy.optimize import linear_sum_assignment
 
 from solidwhirl.rotordyn.assembly.bearing_laws import PolynomialLaw
 from solidwhirl.rotordyn.assembly.parts import Bearing
@@ -26,6 +26,7 @@ from solidwhirl.rotordyn.core.arrays import (
 )
 from solidwhirl.rotordyn.core.errors import AnalysisError, AssemblyError
 from solidwhirl.rotordyn.core.reprs import row
+from solidwhirl.rotordyn.critical_speeds.map_supports import uncoupled_supports
 from solidwhirl.rotordyn.critical_speeds.search import checked_excitation
 from solidwhirl.rotordyn.critical_speeds.speed_roots import speed_roots
 from solidwhirl.rotordyn.critical_speeds.whirl_pencils import Pencil, direct_speeds, whirl_pencils
@@ -146,7 +147,7 @@ def _paired(first: MapPoint, second: MapPoint, metric: FloatArray) -> _Pairs:
         product[:, cluster] = product[:, cluster] @ turn
     mac = np.minimum(np.abs(product) ** 2, 1.0)
     distance = np.abs(np.log(np.divide.outer(first.speeds, second.speeds)))
-    rows, columns = linear_sum_assignment(-mac * np.exp(-distance))
+    rows, columns = scipy.optimize.linear_sum_assignment(-mac * np.exp(-distance))
     partner, found = np.full(first.speeds.size, -1), np.zeros(first.speeds.size)
     for left, right in zip(rows, columns, strict=True):
         if mac[left, right] > _POOR:
@@ -272,9 +273,14 @@ def _opened(assembled: AssembledSystem, names: Sequence[str], stiffness: float) 
             bearing,
             stiffness_n_per_m=stiffness * np.eye(2),
             damping_n_s_per_m=np.zeros((2, 2)),
-            speed_law=bearing.speed_law or _OPEN,
+            # a table has its own values, which the map replaces
+            speed_law=bearing.speed_law if _scales(bearing) else _OPEN,
         ),
     )
+
+
+def _scales(bearing: Bearing) -> bool:
+    return isinstance(bearing.speed_law, PolynomialLaw)
 
 
 def _reassembled(
@@ -375,7 +381,7 @@ def stiffness_at_rest(assembled: AssembledSystem, name: str) -> FloatArray:
     stiffness = bearing.stiffness_n_per_m
     for joint in assembled.law_joints:
         if joint.bearing == name:
-            stiffness = joint.coefficients(0.0)[0]
+            stiffness = joint.coefficients(0.0)[0][:2, :2]
     return np.diag(stiffness).astype(float)
 
 
@@ -430,16 +436,18 @@ def critical_speed_map(
 
     `assembled`: the system; its damping is left out; `bearings`: names of the bearings that get the
     stiffness k·I on (ux, uy) instead of their own. One with a `PolynomialLaw` keeps it: k is its
-    stiffness before the factor of the law. `stiffnesses_n_per_m`: k, positive, strictly rising,
-    shape (s,), N/m. Spaced by equal factors as a rule. `excitation_ratio`: α, as for
-    `critical_speeds`; `branch_count`: lowest branches wanted of each whirl direction; twice that
-    number in all where directions cannot be told apart beforehand (anisotropic supports). None is
-    all below the limit. `speed_max_rad_s`: leave out what lies above; None is the range the bodies
-    were made for. Lateral critical speeds only. Branches by rising speed where they begin. Where a
-    bearing stiffens faster than Ω² a curve may turn back over k: it is then cut into branches that
-    begin or end there, and all of them are found if no `branch_count` is given. Raises
-    AnalysisError if the arguments have no meaning, a bearing to vary is rigid, the stiffness is not
-    symmetric, or neither a limit nor a number of branches is known.
+    stiffness before the factor of the law. Of the other ones the symmetric part of the stiffness
+    counts, and of bearings that depend on the frequency that at αΩ. `stiffnesses_n_per_m`: k,
+    positive, strictly rising, shape (s,), N/m. Spaced by equal factors as a rule.
+    `excitation_ratio`: α, as for `critical_speeds`; `branch_count`: lowest branches wanted of each
+    whirl direction; twice that number in all where directions cannot be told apart beforehand
+    (anisotropic supports). None is all below the limit. `speed_max_rad_s`: leave out what lies
+    above; None is the range the bodies were made for. Lateral critical speeds only. Branches by
+    rising speed where they begin. Where a bearing stiffens faster than Ω² a curve may turn back
+    over k: it is then cut into branches that begin or end there, and all of them are found if no
+    `branch_count` is given. Raises AnalysisError if the arguments have no meaning, a bearing to
+    vary is rigid, the law of another one does not tell its polynomials, or neither a limit nor a
+    number of branches is known.
 
     Each point is solved directly (see `critical_speeds`), forward and backward whirl apart where
     the system is isotropic; nothing is assembled anew but where k passes the stiffness of
@@ -449,6 +457,7 @@ def critical_speed_map(
     """
     stiffness = _checked_stiffness(stiffnesses_n_per_m)
     request = _checked_request(assembled, bearings, excitation_ratio, branch_count, speed_max_rad_s)
+    assembled = uncoupled_supports(assembled, request.names, request.ratio)
     return _solved_map(MapSolver(assembled, request), stiffness)
 
 
@@ -559,11 +568,6 @@ def _checked_request(
     for name in names:
         if {"ux", "uy"} & set(known[name].rigid):
             raise AnalysisError(f"bearing {name!r} is rigid; its stiffness cannot be varied")
-    if not assembled.has_symmetric_joints:
-        raise AnalysisError(
-            "the stiffness is not symmetric (cross-coupled bearings); a critical speed map is that "
-            "of an undamped system with a symmetric one"
-        )
     ratio, limit = checked_excitation(assembled, excitation_ratio, speed_max_rad_s)
     if branch_count is not None and branch_count < 1:
         raise AnalysisError(f"branch_count is {branch_count}; it must be 1 or more, or None")

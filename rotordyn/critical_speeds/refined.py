@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from solidwhirl.rotordyn.assembly.system import AssembledSystem, matrices_at_speed
+from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.core.arrays import ComplexArray
-from solidwhirl.rotordyn.modes.nearby import nearby_modes
+from solidwhirl.rotordyn.modes.frequency_dependent import modes_near
 
 # Steps at most for one critical speed, and its relative accuracy.
 _STEPS, _ACCURACY = 16, 1e-12
@@ -41,7 +41,7 @@ def refined_root(
     speed, value, shapes = guess.speed, guess.value, guess.shape[:, None].astype(complex)
     before, slope = (np.nan, np.nan), -ratio
     for _ in range(_STEPS):
-        found = nearby_modes(matrices_at_speed(assembled, speed), value, shapes)
+        found = modes_near(assembled, speed, value, shapes)
         if found is None:
             return None
         value, shapes = complex(found[0][0]), found[1]

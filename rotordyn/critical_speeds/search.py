@@ -7,12 +7,13 @@ from functools import lru_cache
 
 import numpy as np
 
-from solidwhirl.rotordyn.assembly.system import AssembledSystem
+from solidwhirl.rotordyn.assembly.system import AssembledSystem, at_whirl_ratio
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.dense import scale_by_stiffness
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.critical_speeds.damped import followed_to_the_line
+from solidwhirl.rotordyn.critical_speeds.growing import with_growth
 from solidwhirl.rotordyn.critical_speeds.lightly_damped import lightly_damped
 from solidwhirl.rotordyn.critical_speeds.speed_roots import speed_roots
 from solidwhirl.rotordyn.critical_speeds.undamped import undamped_critical_speeds
@@ -27,6 +28,8 @@ from solidwhirl.rotordyn.modes.whirl import whirl_direction
 # Systems and ratios whose critical speeds are kept: analyses ask for the same ones. Limits that are
 # closer than this (relative) are one.
 _KEPT, _ROUNDING = 8, 1e-12
+# How far beyond the limit a critical speed may lie that added mass with damping brings below it.
+_BEYOND = 1.1
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -124,7 +127,8 @@ def critical_speeds(
     With light damping each is refined from the one without it, and counts of the modes below the
     excitation prove that none is missing; else the branches are followed from rest and Im λ(Ω) = αΩ
     is solved on each; steps begin and end at the critical speeds without damping and the knots of
-    speed laws. Motions that creep, of a damping ratio above 0.995, are left out.
+    speed laws. Bearings that depend on the frequency are taken at αΩ, which is that of the mode.
+    Motions that creep, of a damping ratio above 0.995, are left out.
     """
     ratio, limit = checked_excitation(assembled, excitation_ratio, speed_max_rad_s)
     known = _searched(assembled, ratio)
@@ -145,11 +149,12 @@ def _searched(
 
 
 def _found(assembled: AssembledSystem, ratio: float, limit: float) -> tuple[CriticalSpeed, ...]:
+    given, assembled = assembled, at_whirl_ratio(assembled, ratio)
     if _is_undamped_problem(assembled):
         speeds, shapes = undamped_critical_speeds(assembled, ratio, limit)
         decrements = np.zeros(speeds.size)
     elif np.isfinite(limit):
-        speeds, shapes, decrements = _damped(assembled, ratio, limit)
+        speeds, shapes, decrements = _damped(assembled, given, ratio, limit)
     else:
         raise AnalysisError(
             "speed_max_rad_s is needed: this system has damping, an unsymmetric or a negative "
@@ -186,6 +191,7 @@ def count_critical_speeds(
     ratio, limit = checked_excitation(assembled, excitation_ratio, speed_max_rad_s)
     if not np.isfinite(limit):
         raise AnalysisError("speed_max_rad_s is needed: critical speeds are counted up to it")
+    assembled = at_whirl_ratio(assembled, ratio)
     at_rest = at_limit = falls = rises = 0
     unresolved: list[tuple[float, float]] = []
     for pencil in whirl_pencils(assembled, ratio):
@@ -234,12 +240,20 @@ def _is_undamped_problem(assembled: AssembledSystem) -> bool:
 
 
 def _damped(
-    assembled: AssembledSystem, ratio: float, limit: float
+    assembled: AssembledSystem, given: AssembledSystem, ratio: float, limit: float
 ) -> tuple[FloatArray, ComplexArray, FloatArray]:
-    """Return critical speeds, shapes and decrements with damping, by rising speed."""
-    found = lightly_damped(assembled, ratio, limit)
+    """Return critical speeds, shapes and decrements with damping, by rising speed.
+
+    `assembled`: with bearings at the frequency of the excitation; `given`: as they are.
+    """
+    growing = any(law.depends_on_growth for law in given.frequency_laws)
+    reach = _BEYOND * limit if growing else limit
+    found = lightly_damped(assembled, ratio, reach)
     if found is None:
-        found = followed_to_the_line(assembled, ratio, limit)
+        found = followed_to_the_line(assembled, ratio, reach)
+    if growing:
+        moved = with_growth(given, ratio, found)
+        found = [meeting for meeting in moved if meeting.speed <= limit]
     found = sorted(found, key=lambda item: item.speed)
     # Im λ = αΩ here but for rounding, which is no small part of it where Re λ is far larger
     values = np.array([complex(m.value.real, ratio * m.speed) for m in found], dtype=complex)

@@ -15,8 +15,8 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 import scipy.linalg as la
-from scipy.optimize import brentq, minimize_scalar
 
 from solidwhirl.rotordyn.assembly.law_pieces import LawPieces, derivative, determinant
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, Matrix
@@ -381,7 +381,7 @@ class _Search:
         if (begin < 0) != (end < 0):
             return [self._root(place, low, high)]
         sign = -1.0 if begin < 0 else 1.0
-        found = minimize_scalar(
+        found = scipy.optimize.minimize_scalar(
             lambda speed: sign * self.eigenvalues(float(speed))[place],
             bounds=(low, high),
             method="bounded",
@@ -423,7 +423,7 @@ class _Search:
         if (value(ends[0]) < 0) == (value(ends[1]) < 0):
             # The change lies within the rounding of the two ends.
             return _Root(low, place, falls)
-        root = brentq(value, ends[1], ends[0], xtol=1e-15 * ends[1], rtol=1e-15)
+        root = scipy.optimize.brentq(value, ends[1], ends[0], xtol=1e-15 * ends[1], rtol=1e-15)
         return _Root(float(root**-0.5), place, falls)
 
     def shapes(self, roots: list[_Root]) -> Matrix:

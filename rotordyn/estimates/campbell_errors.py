@@ -9,14 +9,13 @@ import numpy as np
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.campbell.body_frames import branch_columns
 from solidwhirl.rotordyn.campbell.diagram import Campbell
-from solidwhirl.rotordyn.campbell.matching import mode_columns
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.estimates.eigenvalue_errors import (
     FrequencyErrors,
     bodies_without_forms,
     frequency_errors,
 )
-from solidwhirl.rotordyn.modes.eigen import modes_at_speed
+from solidwhirl.rotordyn.modes.eigen import mode_columns, modes_at_speed
 
 # Modes above the highest branch that may be as close to it as it is wrong.
 _ABOVE = 4

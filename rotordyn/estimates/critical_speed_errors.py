@@ -7,8 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solidwhirl.rotordyn.assembly.system import AssembledSystem, speed_derivative
-from solidwhirl.rotordyn.campbell.matching import mode_columns
+from solidwhirl.rotordyn.assembly.system import (
+    AssembledSystem,
+    at_rate,
+    at_whirl_ratio,
+    speed_derivative,
+)
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.critical_speeds.search import CriticalSpeed
@@ -18,7 +22,7 @@ from solidwhirl.rotordyn.estimates.eigenvalue_errors import (
     bodies_without_forms,
     eigenvalue_shifts,
 )
-from solidwhirl.rotordyn.modes.eigen import Modes, modes_at_speed
+from solidwhirl.rotordyn.modes.eigen import Modes, mode_columns, modes_at_speed
 
 # A critical speed is a mode of the system at that speed to this (relative) accuracy.
 _FOUND = 1e-5
@@ -69,11 +73,12 @@ def _errors_of(assembled: AssembledSystem, critical: CriticalSpeed) -> dict[str,
     modes = modes_at_speed(assembled, speed)
     column = _mode_of(assembled, critical, modes)
     kept = np.arange(min(column + 1 + _ABOVE, modes.eigenvalues.size))
-    shifts = eigenvalue_shifts(assembled, mode_columns(modes, kept))
-    rate, right, left = (a[..., column] for a in shifts.pairs)
-    slope = speed_derivative(assembled, speed)
-    moved = -left @ (slope.at_rate(complex(rate)) @ right)
+    # along αΩ bearings that depend on the frequency are ones that depend on the speed
+    shifts = eigenvalue_shifts(at_rate(assembled, critical.eigenvalue), mode_columns(modes, kept))
     ratio = 2.0 * np.pi * critical.frequency_hz / speed
+    rate, right, left = (a[..., column] for a in shifts.pairs)
+    slope = speed_derivative(at_whirl_ratio(assembled, ratio), speed)
+    moved = -left @ (slope.at_rate(complex(rate)) @ right)
     gap = abs(ratio - float(np.imag(moved))) * speed
     errors = {part: abs(float(v[column].imag)) / gap for part, v in shifts.parts.items()}
     errors["eigen_solver"] = float(shifts.solver[column]) / gap

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
+import scipy
 
 from solidwhirl.rotordyn.campbell.diagram import Campbell
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray, ReadOnlyArrays, StringArray
@@ -139,7 +139,7 @@ def _partners(cost: FloatArray) -> IntArray:
     """Return the column of each row, one to one, −1 where all that is left is too far."""
     partner = np.full(cost.shape[0], -1)
     limited = np.minimum(cost, _FARTHEST)
-    rows, columns = linear_sum_assignment(limited)
+    rows, columns = scipy.optimize.linear_sum_assignment(limited)
     near = limited[rows, columns] < _FARTHEST
     partner[rows[near]] = columns[near]
     return partner

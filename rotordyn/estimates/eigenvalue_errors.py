@@ -8,15 +8,21 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import linear_sum_assignment
+import scipy
 
-from solidwhirl.rotordyn.assembly.system import AssembledSystem, SpeedMatrices, matrices_at_speed
+from solidwhirl.rotordyn.assembly.system import (
+    AssembledSystem,
+    SpeedMatrices,
+    at_rate,
+    matrices_at_speed,
+)
 from solidwhirl.rotordyn.core.arrays import (
     ComplexArray,
     FloatArray,
     together,
 )
-from solidwhirl.rotordyn.modes.eigen import Modes
+from solidwhirl.rotordyn.modes.eigen import Modes, mode_columns
+from solidwhirl.rotordyn.modes.frequency_dependent import with_own_bearings
 from solidwhirl.rotordyn.modes.left_vectors import ModePairs, mode_pairs, state_products
 from solidwhirl.rotordyn.superelement.residual_energy import (
     NOT_SUMMED,
@@ -104,6 +110,36 @@ def eigenvalue_shifts(assembled: AssembledSystem, modes: Modes) -> EigenvalueShi
 
     Returns δs with safety and amplification, complex; the solver's part is a size, 1/s.
     """
+    if assembled.depends_on_frequency:
+        return _dependent_shifts(assembled, modes)
+    return _shifts(assembled, modes)
+
+
+def _dependent_shifts(assembled: AssembledSystem, modes: Modes) -> EigenvalueShifts:
+    """Return the changes of modes each with its own bearings, which change with it."""
+    found = []
+    for column, rate in enumerate(modes.eigenvalues):
+        one = _shifts(at_rate(assembled, complex(rate)), mode_columns(modes, np.array([column])))
+        left, right = one.pairs.left[:, 0], one.pairs.right[:, 0]
+        place = (assembled, modes.speed_rad_s, complex(rate), (left, right))
+        parts = {
+            part: np.array([with_own_bearings(*place, complex(shift[0]))])
+            for part, shift in one.parts.items()
+        }
+        found.append(one._replace(parts=parts))
+    names = found[0].parts if found else {}
+    return EigenvalueShifts(
+        {part: np.concatenate([one.parts[part] for one in found]) for part in names},
+        np.concatenate([one.solver for one in found]) if found else np.empty(0),
+        ModePairs(
+            modes.eigenvalues,
+            np.hstack([one.pairs.right for one in found]) if found else modes.shapes,
+            np.hstack([one.pairs.left for one in found]) if found else modes.shapes,
+        ),
+    )
+
+
+def _shifts(assembled: AssembledSystem, modes: Modes) -> EigenvalueShifts:
     matrices = matrices_at_speed(assembled, modes.speed_rad_s)
     pairs = mode_pairs(matrices, modes)
     changes = _projected_changes(assembled, modes.speed_rad_s, pairs)
@@ -178,7 +214,7 @@ def _cluster_shifts(
     mac = np.abs(vectors) ** 2
     distance = np.abs((rates - middle)[:, None] - moved)
     nearness = distance / max(float(distance.max()), np.finfo(float).tiny)
-    _, partner = linear_sum_assignment(_NEARNESS * nearness - mac)
+    _, partner = scipy.optimize.linear_sum_assignment(_NEARNESS * nearness - mac)
     return np.asarray(moved[partner] - (rates - middle))
 
 

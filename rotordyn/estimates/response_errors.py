@@ -15,6 +15,7 @@ from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.assembly.system import (
     AssembledSystem,
     SpeedMatrices,
+    at_rate,
     matrices_at_speed,
     speed_derivative,
 )
@@ -26,7 +27,8 @@ from solidwhirl.rotordyn.estimates.eigenvalue_errors import (
     frozen_parts,
     sum_of_parts,
 )
-from solidwhirl.rotordyn.modes.left_vectors import balance_of, dynamic_stiffness
+from solidwhirl.rotordyn.modes.left_vectors import dynamic_stiffness
+from solidwhirl.rotordyn.modes.nearby import balance_of
 from solidwhirl.rotordyn.response.unbalance import Unbalance, frequency_ratio, unbalance_loads
 from solidwhirl.rotordyn.response.unbalance_peaks import SUMMIT, ResonancePeak, summit
 from solidwhirl.rotordyn.superelement.residual_energy import form_products, form_weight
@@ -118,6 +120,35 @@ def unbalance_peak_errors(
     With z of Dᵀz = l, l the gradient of the amplitude, the pole moves by
     zᵀ(E − Ω²ΔK2)u / (zᵀ(dD/dΩ)u), dD/dΩ along ω = αΩ, and the summit changes by Re zᵀ(E − Ω²ΔK2)u.
     """
+    x, y = (interface_row(assembled, node.body, node.interface, c) for c in ("ux", "uy"))
+    circles = np.stack((0.5 * (x + 1j * y), 0.5 * (x - 1j * y)))
+    return _over_speed(assembled, unbalances, circles.astype(complex), peaks)
+
+
+def probe_peak_errors(
+    assembled: AssembledSystem,
+    unbalances: Sequence[Unbalance],
+    node: End,
+    direction_rad: float,
+    peaks: Sequence[ResonancePeak],
+) -> PeakErrors:
+    """Estimate the errors of the peaks that a probe sees, as `unbalance_peak_errors`.
+
+    `direction_rad`: in which the probe looks, from +x towards +y; `peaks`: of the amplitude along
+    it over the speed Ω.
+    """
+    x, y = (interface_row(assembled, node.body, node.interface, c) for c in ("ux", "uy"))
+    seen = np.cos(direction_rad) * x + np.sin(direction_rad) * y
+    return _over_speed(assembled, unbalances, seen[None].astype(complex), peaks)
+
+
+def _over_speed(
+    assembled: AssembledSystem,
+    unbalances: Sequence[Unbalance],
+    rows: ComplexArray,
+    peaks: Sequence[ResonancePeak],
+) -> PeakErrors:
+    """Errors of peaks of Σ |row u| over the speed, rows (r, n)."""
     ratios = [frequency_ratio(assembled, unbalance) for unbalance in unbalances]
     if not ratios or max(ratios) - min(ratios) > _SAME_RATIO * max(ratios):
         raise AnalysisError(
@@ -135,10 +166,7 @@ def unbalance_peak_errors(
 
         return _Point(speed, omega, omega**2 * pattern, slope)
 
-    x, y = (interface_row(assembled, node.body, node.interface, c) for c in ("ux", "uy"))
-    circles = np.stack((0.5 * (x + 1j * y), 0.5 * (x - 1j * y)))
-    sweep = _Sweep(at, circles.astype(complex), tuple(assembled.knots_rad_s))
-    return _peak_errors(assembled, sweep, peaks)
+    return _peak_errors(assembled, _Sweep(at, rows, tuple(assembled.knots_rad_s)), peaks)
 
 
 def harmonic_peak_errors(
@@ -236,7 +264,7 @@ def _found_again(
 def _solved(assembled: AssembledSystem, sweep: _Sweep, place: float) -> _Solved:
     """Solve for the motion and for the adjoint of the amplitude Σ |row u|."""
     point = sweep.at(float(place))
-    matrices = matrices_at_speed(assembled, point.speed)
+    matrices = matrices_at_speed(at_rate(assembled, 1j * point.omega), point.speed)
     balance = balance_of(matrices, 1j * point.omega)
     dynamic = dynamic_stiffness(matrices, 1j * point.omega)
     factors = la.lu_factor(balance[:, None] * dynamic * balance)

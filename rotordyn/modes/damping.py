@@ -8,6 +8,7 @@ import numpy as np
 
 from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
+from solidwhirl.rotordyn.standards.api617_lateral import CRITICALLY_DAMPED
 
 # Re λ below this fraction of |λ| is rounding of the eigensolver: there is no damping to speak of.
 ROUNDING = 1e-11
@@ -15,8 +16,8 @@ ROUNDING = 1e-11
 NEUTRAL = 1e-8
 # Above this damping ratio no forced response has a maximum: the motion does not resonate.
 PEAKLESS = float(np.sqrt(0.5))
-# Below this amplification factor API 617 calls a mode critically damped.
-CRITICALLY_DAMPED = 2.5
+# Above this damping ratio a motion creeps: which of many it is at the next speed is no matter.
+CREEPING = 0.995
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -20,6 +20,7 @@ from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.reprs import hertz
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.modes.damping import damping_ratio, log_decrement
+from solidwhirl.rotordyn.modes.frequency_dependent import dependent_modes
 from solidwhirl.rotordyn.modes.split_spectrum import plane_spectrum, split_spectrum
 from solidwhirl.rotordyn.modes.whirl import separated_whirl
 
@@ -100,6 +101,10 @@ def modes_at_speed(
     Without damping and with K symmetric and positive (semi)definite the problem is solved as a
     Hermitian one and λ is exactly imaginary; otherwise as a general one. See `spectrum`.
 
+    Where the force of bearings depends on the frequency, each mode is one of the system with the
+    bearings as they are at its own frequency; none is missing, by counts
+    (`frequency_dependent.dependent_modes`).
+
     Any combination of equal modes is a mode: in a turning system those that whirl forward and
     backward the most are returned, see `whirl.separated_whirl`.
     """
@@ -127,6 +132,16 @@ def modes_at_speed(
     )
 
 
+def mode_columns(modes: Modes, columns: IntArray) -> Modes:
+    """Return some of the modes of a set."""
+    return replace(
+        modes,
+        eigenvalues=modes.eigenvalues[columns],
+        shapes=modes.shapes[:, columns],
+        family=None if modes.family is None else modes.family[columns],
+    )
+
+
 def whole_group_count(eigenvalues: ComplexArray, count: int) -> int:
     """Return the number of lowest modes that holds a given number and cuts no equal ones apart.
 
@@ -144,6 +159,8 @@ def _lowest_modes(
     assembled: AssembledSystem, matrices: SpeedMatrices, speed_rad_s: float, count: int
 ) -> Modes:
     """Return the lowest modes with the solver that fits the system."""
+    if assembled.depends_on_frequency:
+        return _dependent_modes(assembled, speed_rad_s)
     split = None
     if speed_rad_s != 0.0 or not assembled.is_conservative:
         split = split_spectrum(assembled, matrices, speed_rad_s, count)
@@ -171,6 +188,19 @@ def _lowest_modes(
         real_eigenvalues=spectrum.real_eigenvalues,
         zero_count=0 if scaled.is_definite else 2 * assembled.size - found,
         negative_stiffness_count=scaled.negative_count,
+    )
+
+
+def _dependent_modes(assembled: AssembledSystem, speed_rad_s: float) -> Modes:
+    """Return all modes of a system whose bearings depend on the frequency."""
+    found = dependent_modes(assembled, speed_rad_s)
+    return Modes(
+        speed_rad_s=speed_rad_s,
+        eigenvalues=found.spectrum.eigenvalues,
+        shapes=found.spectrum.shapes,
+        real_eigenvalues=found.spectrum.real_eigenvalues,
+        zero_count=found.zero_count,
+        negative_stiffness_count=found.negative_count,
     )
 
 

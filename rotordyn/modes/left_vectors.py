@@ -8,8 +8,9 @@ import numpy as np
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.system import SpeedMatrices
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, together
+from solidwhirl.rotordyn.core.arrays import ComplexArray, together
 from solidwhirl.rotordyn.modes.eigen import Modes
+from solidwhirl.rotordyn.modes.nearby import balance_of
 
 # Eigenvalues closer than this (relative) share a subspace, any basis of which is one of modes.
 _SAME = 1e-6
@@ -83,9 +84,3 @@ def _left_of_group(
     for _ in range(_STEPS):
         vectors, _ = np.linalg.qr(la.lu_solve(factors, vectors))
     return np.asarray(balance * vectors)
-
-
-def balance_of(matrices: SpeedMatrices, rate: complex) -> FloatArray:
-    """Return scales that bring the diagonal of D near 1, so that stiff springs do no harm."""
-    size = np.abs(np.diag(matrices.stiffness)) + abs(rate) ** 2 * np.diag(matrices.mass)
-    return np.asarray(1.0 / np.sqrt(np.where(size > 0, size, 1.0)))

@@ -10,7 +10,6 @@ from solidwhirl.rotordyn.assembly.system import SpeedMatrices
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
 from solidwhirl.rotordyn.core.dense import diagonal
 from solidwhirl.rotordyn.core.ledger import solved
-from solidwhirl.rotordyn.modes.left_vectors import balance_of
 
 # Iterations at most, the relative change of the eigenvalues at which they are at rest, and what
 # part of a block may leave its subspace.
@@ -67,6 +66,12 @@ def nearby_modes(
             return size * values, balance[:, None] * right
         before = values
     return None
+
+
+def balance_of(matrices: SpeedMatrices, rate: complex) -> FloatArray:
+    """Return scales that bring the diagonal of D near 1, so that stiff springs do no harm."""
+    size = np.abs(np.diag(matrices.stiffness)) + abs(rate) ** 2 * np.diag(matrices.mass)
+    return np.asarray(1.0 / np.sqrt(np.where(size > 0, size, 1.0)))
 
 
 def _sharpened(

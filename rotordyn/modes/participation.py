@@ -10,7 +10,7 @@ import numpy as np
 from solidwhirl.rotordyn.assembly.coordinates import body_rows, joint_motion, tooth_motion
 from solidwhirl.rotordyn.assembly.internal_damping import body_damping
 from solidwhirl.rotordyn.assembly.parts import Bearing, Rotor
-from solidwhirl.rotordyn.assembly.system import AssembledSystem
+from solidwhirl.rotordyn.assembly.system import AssembledSystem, bearing_matrices
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.modes.eigen import Modes
@@ -131,10 +131,7 @@ def _body(assembled: AssembledSystem, name: str, speed: float, shapes: ComplexAr
 def _bearing(
     assembled: AssembledSystem, bearing: Bearing, speed: float, shapes: ComplexArray
 ) -> _Part:
-    stiffness, damping = bearing.matrices()
-    for joint in assembled.law_joints:
-        if joint.bearing == bearing.name:
-            stiffness[:2, :2], damping[:2, :2] = joint.coefficients(speed)
+    stiffness, damping = bearing_matrices(assembled, bearing, speed)
     none = np.zeros((6, 6))
     return _forms(joint_motion(assembled, bearing) @ shapes, none, stiffness, none, damping)
 

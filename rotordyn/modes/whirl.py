@@ -7,8 +7,8 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 import scipy.linalg as la
-from scipy.optimize import linear_sum_assignment
 
 from solidwhirl.rotordyn.assembly.coordinates import Placed, seat_motion
 from solidwhirl.rotordyn.assembly.parts import End, System
@@ -125,7 +125,7 @@ def separated_whirl(
         if la.eigvalsh(metric)[0] < _DEPENDENT:
             continue
         turns = la.eigh(_net_circles(assembled, own), metric)[1]
-        _, order = linear_sum_assignment(-np.abs(turns))
+        _, order = scipy.optimize.linear_sum_assignment(-np.abs(turns))
         result[:, group] = own @ turns[:, order]
     return result
 

@@ -13,8 +13,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 import scipy.linalg as la
-from scipy.optimize import minimize_scalar
 
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
@@ -151,7 +151,7 @@ def _veerings(
     inner = np.flatnonzero((apart[1:-1] < apart[:-2]) & (apart[1:-1] <= apart[2:])) + 1
     for k in inner:
         low, high = float(speeds[k - 1]), float(speeds[k + 1])
-        best = minimize_scalar(
+        best = scipy.optimize.minimize_scalar(
             gap, bounds=(low, high), method="bounded", options={"xatol": 1e-9 * high}
         )
         at, smallest = float(best.x), float(best.fun)

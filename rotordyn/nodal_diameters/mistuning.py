@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+import scipy
 
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.errors import AnalysisError
@@ -140,7 +140,7 @@ def forced_response(
         def lost(hertz: float, own: ComplexArray = parts[blade]) -> float:
             return -float(np.abs(own @ _receptances(modes.frequency_hz, hertz, damping_ratio)))
 
-        best = minimize_scalar(
+        best = scipy.optimize.minimize_scalar(
             lost, bounds=(at[blade] - width, at[blade] + width), method="bounded"
         )
         if -best.fun > peak[blade]:

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+import scipy
 import scipy.linalg as la
-from scipy.optimize import linear_sum_assignment
 
 from solidwhirl.rotordyn.core.arrays import FloatArray, Matrix, ReadOnlyArrays
 from solidwhirl.rotordyn.core.errors import AnalysisError
@@ -152,7 +152,7 @@ def _followed(
         order = np.arange(count)
         if vectors:
             like = likeness(matrices, vectors[-1], modes.vectors)
-            order = linear_sum_assignment(-like)[1]
+            order = scipy.optimize.linear_sum_assignment(-like)[1]
         ordered = IndexSpectrum(
             rates_rad_s=modes.rates_rad_s[order], vectors=modes.vectors[:, order]
         )

@@ -111,8 +111,8 @@ DASHES_OF: MappingProxyType[str, Dashes] = MappingProxyType(
 _MARKERS_OF = MappingProxyType(
     {
         "": "", "circle": "o", "square": "s", "diamond": "D", "triangle-up": "^", "x": "X",
-        "cross": "P", "star": "*", "pentagon": "p", "triangle-left": "<", "triangle-right": ">",
-        "x-thin": "x", "line-ns": "|",
+        "triangle-down": "v", "cross": "P", "star": "*", "pentagon": "p", "triangle-left": "<",
+        "triangle-right": ">", "x-thin": "x", "line-ns": "|",
     }
 )  # fmt: skip
 

@@ -30,6 +30,8 @@ class MapCurves:
     rigid_rpm: FloatArray
     #: Names of bearings by the stiffness that they have, N/m
     chosen: Mapping[float, str] = field(default_factory=dict)
+    #: Stiffness of bearings over the speed: name, N/m and rpm of each, (s,)
+    supports: Sequence[tuple[str, FloatArray, FloatArray]] = ()
 
 
 def map_chart(
@@ -57,7 +59,9 @@ def map_chart(
         title="Critical speed map",
         caption=f"Undamped critical speeds of {shaft} over the stiffness of "
         f"{', '.join(critical_map.bearings)}. On the left they tend to those without these "
-        "bearings, on the right to those with rigid ones (thin lines).",
+        "bearings, on the right to those with rigid ones (thin lines)."
+        + (" Stiffness of bearings over the speed: where it crosses a branch is a critical speed."
+           if critical_map.supports else ""),
         alt=f"{len(rpm)} branches of critical speeds over bearing stiffness from {ends[0]:.3g} "
         f"to {ends[1]:.3g} N/m.",
         x=charts.Axis(label=f"stiffness of {', '.join(critical_map.bearings)}", unit="N/m",
@@ -97,6 +101,12 @@ def _map_parts(critical_map: MapCurves, operating_rpm: Mapping[str, float]) -> l
         for b, branch in enumerate(critical_map.whirl)
     ]
     parts += charts.branch_curves(stiffness, rpm, critical_map.whirl, texts)
+    for place, (text, values, speeds) in enumerate(critical_map.supports):
+        dash = ("dash", "dot", "dashdot")[place % 3]
+        look = charts.Look(f"@c{3 + place // 3 % 5}", dash, width=1.6)
+        inside = (values >= ends[0]) & (values <= ends[1])
+        x = np.where(inside, values, np.nan)
+        parts.append(charts.Curve(x=x, y=np.where(inside, speeds, np.nan), name=text, look=look))
     look = charts.Look("@c3", "dash", width=1.6)
     parts += [
         charts.Rule(at=value, name="stiffness as chosen", text=names, look=look)

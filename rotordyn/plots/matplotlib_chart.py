@@ -36,6 +36,11 @@ _LABEL_WIDTH, _MOST_LABELS = 0.02, 12
 _HATCHES = ("", "///", "xxx", "...", "\\\\\\", "+++", "---")
 
 
+def draw_titled_charts(drawn: Sequence[charts.Chart], path: str | Path, title: str) -> None:
+    """Draw charts as `draw_charts`; a single one has its own title behind the one above it."""
+    draw_charts(drawn, path, f"{title}: {drawn[0].title}" if len(drawn) == 1 else title)
+
+
 @frame.styled
 def draw_charts(drawn: Sequence[charts.Chart], path: str | Path, title: str) -> None:
     """Draw charts to a picture file, one below the other, with a title above them.

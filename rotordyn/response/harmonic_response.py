@@ -23,7 +23,13 @@ from solidwhirl.rotordyn.assembly.coordinates import (
     joint_motion,
 )
 from solidwhirl.rotordyn.assembly.parts import End
-from solidwhirl.rotordyn.assembly.system import AssembledSystem, LawJoint, matrices_at_speed
+from solidwhirl.rotordyn.assembly.system import (
+    AssembledSystem,
+    LawJoint,
+    at_rate,
+    at_whirl_ratio,
+    matrices_at_speed,
+)
 from solidwhirl.rotordyn.core.arrays import (
     BoolArray,
     ComplexArray,
@@ -294,7 +300,7 @@ def split_system(assembled: AssembledSystem, speed_rad_s: float) -> SplitSystem 
     none where the bodies do not know how they turn, joints hold x other than y, or the coupling has
     too many rows to save time.
     """
-    if assembled.spin_generator is None:
+    if assembled.spin_generator is None or any(len(j.motion) > 2 for j in assembled.law_joints):
         return None
     parts = tuple(_parts(assembled, speed_rad_s))
     if not parts or 2 * len(parts) > 0.5 * _MOST_ROWS * assembled.size:
@@ -407,6 +413,8 @@ def _solve_chunk(
 
 # Points from which on it takes less time to split a system than to solve all at once.
 _WORTH_SPLITTING = 24
+# Ratios of frequency and speed that differ by less than this fraction are one.
+_ONE_RATIO = 1e-12
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -441,26 +449,56 @@ def harmonic_response(
     undamped resonance that fewer than three digits are left; the message names speed and
     frequency.
 
-    Genta 2005, Dynamics of Rotating Systems, sections 3.6 and 4.7. Points with equal speeds should
+    Bearings whose force depends on the frequency have that of each point. Genta 2005, Dynamics of
+    Rotating Systems, sections 3.6 and 4.7. Points with equal speeds should
     follow each other; the matrices are then made once.
     """
     points = _checked(assembled, speeds_rad_s, frequencies_rad_s, loads)
     speeds, frequencies = points[:2]
-    form = complex_form(assembled)
-    many = speeds.size >= _WORTH_SPLITTING
-    split = split_system(assembled, float(speeds.mean())) if form is None and many else None
-    if form is not None:
-        solved = _by_circles(form, points)
-    elif split is not None:
-        solved = _by_split(assembled, split, points)
+    if assembled.depends_on_frequency:
+        solved = _by_frequency(assembled, points)
     else:
-        solved = solve_points(_matrices_of(assembled, slice(None)), *points)
+        solved = _solved(assembled, points)
     return HarmonicResponse(
         speeds_rad_s=speeds,
         frequencies_rad_s=frequencies,
         displacement=solved.displacement,
         relative_residual=solved.relative_residual,
     )
+
+
+def _by_frequency(assembled: AssembledSystem, points: _Points) -> Solved:
+    """Solve with bearings as they are at each frequency, or at one multiple of all speeds."""
+    speeds, frequencies, force = points
+    turning = speeds > 0
+    ratios = frequencies[turning] / speeds[turning]
+    if (
+        turning.any()
+        and not frequencies[~turning].any()
+        and np.ptp(ratios) <= _ONE_RATIO * ratios[0]
+    ):
+        return _solved(at_whirl_ratio(assembled, float(ratios[0])), points)
+    displacement = np.zeros(force.shape, dtype=complex)
+    residual = np.zeros(speeds.size)
+    for frequency in np.unique(frequencies):
+        at = np.flatnonzero(frequencies == frequency)
+        own = _Points(speeds[at], frequencies[at], force[at])
+        found = _solved(at_rate(assembled, 1j * float(frequency)), own)
+        displacement[at], residual[at] = found.displacement, found.relative_residual
+    return Solved(displacement, residual)
+
+
+def _solved(assembled: AssembledSystem, points: _Points) -> Solved:
+    """Solve in the form that the system has."""
+    speeds = points.speeds
+    form = complex_form(assembled)
+    many = speeds.size >= _WORTH_SPLITTING
+    split = split_system(assembled, float(speeds.mean())) if form is None and many else None
+    if form is not None:
+        return _by_circles(form, points)
+    if split is not None:
+        return _by_split(assembled, split, points)
+    return solve_points(_matrices_of(assembled, slice(None)), *points)
 
 
 def node_response(

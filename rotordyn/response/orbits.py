@@ -75,3 +75,12 @@ def elliptic_orbits(x_m: npt.ArrayLike, y_m: npt.ArrayLike) -> EllipticOrbits:
         inclination_rad=inclination,
         direction=direction,
     )
+
+
+def amplitude_along(x_m: npt.ArrayLike, y_m: npt.ArrayLike, direction_rad: float) -> ComplexArray:
+    """Return the complex amplitude of a motion along a direction, as a probe there sees it.
+
+    `x_m`, `y_m`: X and Y, complex, of equal shape, m; `direction_rad`: from +x towards +y.
+    """
+    x, y = np.asarray(x_m, dtype=complex), np.asarray(y_m, dtype=complex)
+    return np.asarray(np.cos(direction_rad) * x + np.sin(direction_rad) * y)

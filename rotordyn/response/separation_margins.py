@@ -15,8 +15,8 @@ import numpy as np
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.critical_speeds.search import CriticalSpeed
-from solidwhirl.rotordyn.modes.damping import CRITICALLY_DAMPED
 from solidwhirl.rotordyn.modes.whirl import Excitation
+from solidwhirl.rotordyn.standards.api617_lateral import actual_margin, required_margin
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -111,27 +111,19 @@ def separation_margins(
     `operating`: speeds at which the shaft runs. Call once for each shaft. `resonances`: of the
     excitation by that shaft, at its own speed. The result is by rising speed of the resonance.
 
-    The formulas of API 617 (Axial and Centrifugal Compressors), in per cent, with AF the
-    amplification factor: none is asked for below AF = 2.5; 17 (1 − 1/(AF − 1.5)) of the lowest
-    speed for a resonance below the range; 10 + 17 (1 − 1/(AF − 1.5)) of the highest for one above.
-    Beside that fixed margins of 15 and 20 % are used, which do not look at the damping.
+    By `standards.api617_lateral.required_margin`, and by fixed margins of 15 and 20 %, which do not
+    look at the damping.
     """
     ordered = sorted(resonances, key=lambda resonance: resonance.speed_rad_s)
     return tuple(_margin(operating, resonance) for resonance in ordered)
 
 
 def _margin(operating: OperatingRange, resonance: Resonance) -> SeparationMargin:
-    speed = resonance.speed_rad_s
-    low, high = operating.speed_low_rad_s, operating.speed_high_rad_s
-    if speed < low:
-        position, reference = "below", low
-    elif speed > high:
-        position, reference = "above", high
-    else:
-        position, reference = "inside", min((low, high), key=lambda end: abs(end - speed))
-    margin = 0.0 if position == "inside" else (speed - reference) / reference
+    position, reference, margin = actual_margin(
+        resonance.speed_rad_s, operating.speed_low_rad_s, operating.speed_high_rad_s
+    )
     factor = resonance.amplification_factor
-    required = required_margin_api_617(factor, position)
+    required = required_margin(factor, position)
     return SeparationMargin(
         shaft=operating.shaft,
         resonance=resonance,
@@ -143,25 +135,6 @@ def _margin(operating: OperatingRange, resonance: Resonance) -> SeparationMargin
         verdict_15_percent=_verdict(factor, margin, 0.15),
         verdict_20_percent=_verdict(factor, margin, 0.20),
     )
-
-
-def required_margin_api_617(amplification_factor: float, position: str) -> float:
-    """Return the separation margin that API 617 asks for.
-
-    `position`: "below", "above" or "inside" the operating range. `amplification_factor`: AF;
-    negative for an unstable mode. The result is as a fraction of the operating speed; inf if no
-    margin is enough. Raises AnalysisError if the position is not one of the three.
-    """
-    if position not in ("below", "above", "inside"):
-        raise AnalysisError(f"position is {position!r}; use 'below', 'above' or 'inside'")
-    if amplification_factor < 0:
-        return float("inf")
-    if amplification_factor < CRITICALLY_DAMPED:
-        return 0.0
-    if position == "inside":
-        return float("inf")
-    damped = 0.17 * (1.0 - 1.0 / (amplification_factor - 1.5))
-    return damped if position == "below" else 0.10 + damped
 
 
 @dataclass(frozen=True, kw_only=True)

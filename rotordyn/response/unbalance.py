@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.assembly.reactions import joint_forces
-from solidwhirl.rotordyn.assembly.system import AssembledSystem
+from solidwhirl.rotordyn.assembly.system import AssembledSystem, at_whirl_ratio
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.reprs import lines_of, row, speed_range
@@ -21,7 +21,11 @@ from solidwhirl.rotordyn.critical_speeds.undamped import undamped_places
 from solidwhirl.rotordyn.response import harmonic_response as harmonic
 from solidwhirl.rotordyn.response import resonance_samples as samples
 from solidwhirl.rotordyn.response import unbalance_peaks
-from solidwhirl.rotordyn.response.orbits import OrbitRecord, elliptic_orbits
+from solidwhirl.rotordyn.response.orbits import (
+    OrbitRecord,
+    amplitude_along,
+    elliptic_orbits,
+)
 from solidwhirl.rotordyn.response.resonance_samples import SMOOTH, Pieces
 
 # Bodies whose |speed ratios| differ by less than this fraction excite at one frequency.
@@ -239,6 +243,7 @@ def response_pieces(assembled: AssembledSystem, ratio: float, speed_max_rad_s: f
     """
     if assembled.has_constant_bearings or speed_max_rad_s == 0:
         return SMOOTH
+    assembled = at_whirl_ratio(assembled, ratio)
     try:
         places = undamped_places(assembled, abs(ratio), speed_max_rad_s)
     except AnalysisError:  # hints only: a free body that whirls at every speed has none
@@ -318,6 +323,7 @@ def _exciter(
     assembled: AssembledSystem, unbalances: Sequence[Unbalance], ratio: float, speeds: FloatArray
 ) -> ExciterResponse:
     """Return the response to unbalances of one frequency."""
+    assembled = at_whirl_ratio(assembled, ratio)
     patterns = _patterns(assembled, unbalances)
     omega = ratio * speeds
     square = (omega**2)[:, None]
@@ -366,20 +372,64 @@ def orbit_peaks(
     """
     omega, major = np.asarray(frequencies_rad_s, dtype=float), np.asarray(major_m, dtype=float)
     least = np.broadcast_to(np.asarray(least_m, dtype=float), omega.shape)
-    peaks = [
-        peak
-        for peak in unbalance_peaks.resonance_peaks(omega, major)
-        if peak.amplitude > np.interp(peak.position_rad_s, omega, least)
-    ]
-    if assembled.is_conservative or not peaks:
-        return tuple(peaks)
+    height = _height(assembled, unbalances, node, lambda x, y: float(elliptic_orbits(x, y).major_m))
+    return _refined(assembled, unbalances, omega, major, least, height)
+
+
+def probe_peaks(
+    assembled: AssembledSystem,
+    unbalances: Sequence[Unbalance],
+    node: End,
+    direction_rad: float,
+    frequencies_rad_s: npt.ArrayLike,
+    amplitude_m: npt.ArrayLike,
+) -> tuple[unbalance_peaks.ResonancePeak, ...]:
+    """Find the peaks of what a probe sees over the frequency, as `orbit_peaks`.
+
+    `direction_rad`: in which the probe looks, from +x towards +y; `amplitude_m`: of the motion
+    along it, shape (s,).
+    """
+    omega, seen = np.asarray(frequencies_rad_s, dtype=float), np.asarray(amplitude_m, dtype=float)
+    height = _height(
+        assembled, unbalances, node, lambda x, y: float(abs(amplitude_along(x, y, direction_rad)))
+    )
+    return _refined(assembled, unbalances, omega, seen, np.zeros_like(omega), height)
+
+
+def _height(
+    assembled: AssembledSystem,
+    unbalances: Sequence[Unbalance],
+    node: End,
+    size: Callable[[complex, complex], float],
+) -> Callable[[float], float]:
+    """Return the size of the motion of a node as a function of the frequency."""
     ratio = frequency_ratio(assembled, unbalances[0])
     pattern = unbalance_loads(assembled, unbalances)
 
     def height(at: float) -> float:
         load = (at**2 * pattern)[None, :, None]
         x, y = harmonic.node_response(assembled, [node], [at / ratio], [at], load)[0, 0]
-        return float(elliptic_orbits(x, y).major_m)
+        return size(x, y)
 
-    knots = ratio * np.array(assembled.knots_rad_s)
-    return unbalance_peaks.refined_peaks(peaks, omega, major, height, knots)
+    return height
+
+
+def _refined(
+    assembled: AssembledSystem,
+    unbalances: Sequence[Unbalance],
+    omega: FloatArray,
+    sampled: FloatArray,
+    least: FloatArray,
+    height: Callable[[float], float],
+) -> tuple[unbalance_peaks.ResonancePeak, ...]:
+    """Return the peaks of samples that are more than rounding, at the summits of the curve."""
+    peaks = [
+        peak
+        for peak in unbalance_peaks.resonance_peaks(omega, sampled)
+        if peak.amplitude > np.interp(peak.position_rad_s, omega, least)
+    ]
+    if assembled.is_conservative or not peaks:
+        return tuple(peaks)
+    ratio = frequency_ratio(assembled, unbalances[0])
+    knots = ratio * np.array(at_whirl_ratio(assembled, ratio).knots_rad_s)
+    return unbalance_peaks.refined_peaks(peaks, omega, sampled, height, knots)

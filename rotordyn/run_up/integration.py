@@ -19,6 +19,7 @@ from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.modes.damping import NEUTRAL
 from solidwhirl.rotordyn.modes.eigen import modes_at_speed
 from solidwhirl.rotordyn.modes.whirl import interface_rows_of_all, rotor_length
+from solidwhirl.rotordyn.response.static import static_equilibrium
 from solidwhirl.rotordyn.response.unbalance import Unbalance
 from solidwhirl.rotordyn.run_up.blocks import (
     ProfilePiece,
@@ -30,7 +31,7 @@ from solidwhirl.rotordyn.run_up.blocks import (
     shortest_block,
     stretches,
 )
-from solidwhirl.rotordyn.run_up.loads import static_equilibrium, torsion_load, turning_loads
+from solidwhirl.rotordyn.run_up.loads import torsion_load, turning_loads
 from solidwhirl.rotordyn.run_up.modal_basis import modal_parts
 from solidwhirl.rotordyn.run_up.record import Divergence, MotionState, RunUp
 from solidwhirl.rotordyn.run_up.recorder import RecordedMotion, Recorder

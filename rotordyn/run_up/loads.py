@@ -14,7 +14,7 @@ import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.coordinates import Placed, interface_row
 from solidwhirl.rotordyn.assembly.parts import End
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, Matrix
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.response.unbalance import Unbalance
 
@@ -75,26 +75,6 @@ def turning_loads(assembled: Placed, unbalances: Sequence[Unbalance]) -> Turning
     if not columns:
         return TurningLoads(np.empty(0), np.zeros((assembled.transformation.shape[0], 0)))
     return TurningLoads(np.array(list(columns)), np.hstack(list(columns.values())))
-
-
-def static_equilibrium(stiffness: Matrix, speed_rad_s: float, load: Matrix) -> Matrix:
-    """Return the displacement under a constant load at a constant speed.
-
-    `stiffness`: at that speed, shape (n, n); `load`: shape (n,). Returns shape (n,); without any
-    part of motions that cost no energy. Raises AnalysisError if the load pushes along a motion that
-    nothing resists.
-    """
-    scale = 1.0 / np.sqrt(np.maximum(np.abs(np.diag(stiffness)), np.finfo(float).tiny))
-    scale = np.where(np.diag(stiffness) == 0, 1.0, scale)
-    scaled, pushed = scale[:, None] * stiffness * scale, scale * load
-    found, *_ = la.lstsq(scaled, pushed, cond=1e-13)
-    missed = la.norm(scaled @ found - pushed)
-    if missed > 1e-6 * max(la.norm(pushed), np.finfo(float).tiny):
-        raise AnalysisError(
-            f"at {speed_rad_s:.6g} rad/s nothing holds the system against its weight: a part "
-            f"{missed / la.norm(pushed):.2e} of the load meets no stiffness"
-        )
-    return np.asarray(scale * found)
 
 
 def torsion_load(assembled: Placed, stiffness: FloatArray, drives: Sequence[End]) -> FloatArray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse.csgraph import connected_components
+import scipy
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, matrices_at_speed
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
@@ -130,5 +130,5 @@ def independent_coordinates(assembled: AssembledSystem) -> list[IntArray]:
     for joint in assembled.law_joints:
         touched = np.abs(joint.motion).max(axis=0) > _ROUNDING
         coupled |= np.outer(touched, touched)
-    count, group = connected_components(coupled, directed=False)
+    count, group = scipy.sparse.csgraph.connected_components(coupled, directed=False)
     return [np.flatnonzero(group == k) for k in range(count)]

@@ -13,9 +13,8 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 import scipy.linalg as la
-from scipy.optimize import linear_sum_assignment
-from scipy.sparse.csgraph import connected_components
 
 from solidwhirl.rotordyn.assembly.system import (
     AssembledSystem,
@@ -190,7 +189,7 @@ def _uncoupled(assembled: AssembledSystem, among: IntArray) -> list[IntArray]:
     block = joined[np.ix_(among, among)]
     if not among.size:
         return []
-    count, label = connected_components(block, directed=False)
+    count, label = scipy.sparse.csgraph.connected_components(block, directed=False)
     return [among[label == k] for k in range(count)]
 
 
@@ -468,7 +467,9 @@ def paired(first: Spectral, second: Spectral, mac: FloatArray, lifts: Matrix) ->
     ahead, behind = first.values + half * first.slopes, ends - half * (second.slopes + rise)
     size = np.abs(first.values)[:, None] + np.abs(ends) + np.finfo(float).tiny
     distance = np.abs(ahead[:, None] - behind) + np.abs(first.values[:, None] - ends)
-    _, partner = linear_sum_assignment(_NEARNESS * np.minimum(distance / size, 1.0) - mac)
+    _, partner = scipy.optimize.linear_sum_assignment(
+        _NEARNESS * np.minimum(distance / size, 1.0) - mac
+    )
     return np.asarray(partner)
 
 

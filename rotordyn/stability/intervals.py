@@ -24,6 +24,7 @@ from solidwhirl.rotordyn.modes.damping import NEUTRAL
 from solidwhirl.rotordyn.modes.eigen import Modes, modes_at_speed
 from solidwhirl.rotordyn.modes.whirl import interface_orbits, whirl_direction
 from solidwhirl.rotordyn.stability.eigenvalue_paths import blocks_of
+from solidwhirl.rotordyn.stability.sampled_windows import sampled_windows
 from solidwhirl.rotordyn.stability.unstable_windows import Window, unstable_windows
 from solidwhirl.rotordyn.stability.whirl_decrements import (
     FirstMode,
@@ -178,7 +179,8 @@ def unstable_intervals(
 
     A system without cross-coupling whose damping takes energy from every motion and whose
     stiffness is not negative has no such range, which is known without a search. Else all
-    eigenvalues are followed between the knots of the speed laws, see `unstable_windows`.
+    eigenvalues are followed between the knots of the speed laws, see `unstable_windows`; where
+    bearings depend on the frequency, spectra at many speeds (`sampled_windows`).
     """
     if not (np.isfinite([speed_low_rad_s, speed_high_rad_s]).all()):
         raise AnalysisError(f"speeds are {speed_low_rad_s} and {speed_high_rad_s}; both are finite")
@@ -189,9 +191,14 @@ def unstable_intervals(
     low, high = float(speed_low_rad_s), float(speed_high_rad_s)
     if _never_grows(assembled, low, high):
         return ()
-    windows: list[Window] = []
-    for block in blocks_of(assembled, low, high):
-        windows += unstable_windows(block, assembled.knots_rad_s, low, high)
+    if assembled.depends_on_frequency:
+        windows = sampled_windows(assembled, low, high)
+    else:
+        windows = [
+            window
+            for block in blocks_of(assembled, low, high)
+            for window in unstable_windows(block, assembled.knots_rad_s, low, high)
+        ]
     return tuple(_interval(assembled, window) for window in _united(windows))
 
 

@@ -7,7 +7,7 @@ from itertools import pairwise
 from typing import Generic, NamedTuple, Protocol, TypeVar
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
+import scipy
 
 from solidwhirl.rotordyn.assembly.system import Side
 from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
@@ -236,7 +236,7 @@ class Search(Generic[S]):
 
     def _root(self, growth: Callable[[float], float], first: float, second: float) -> float:
         accuracy = self.accuracy(first, second)
-        return float(brentq(growth, first, second, xtol=accuracy, rtol=_ACCURACY))
+        return float(scipy.optimize.brentq(growth, first, second, xtol=accuracy, rtol=_ACCURACY))
 
     def _halved(self, calm: float, loud: float) -> float:
         """Return where growth begins between a speed without and one with it."""
@@ -334,7 +334,7 @@ class Search(Generic[S]):
 
     def _summit(self, low: float, high: float) -> tuple[float, float]:
         """Return the largest growth between two speeds, and its speed."""
-        found = minimize_scalar(
+        found = scipy.optimize.minimize_scalar(
             lambda speed: -self.leading(float(speed)).real,
             bounds=(low, high),
             method="bounded",

@@ -9,7 +9,7 @@ from typing import Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from solidwhirl.rotordyn.assembly.coordinates import interface_row, joint_motion
-from solidwhirl.rotordyn.assembly.system import AssembledSystem
+from solidwhirl.rotordyn.assembly.system import AssembledSystem, bearing_matrices
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
@@ -125,10 +125,7 @@ def _rows(assembled: AssembledSystem, output: Output, speed: float) -> FloatArra
             f"bearing {output.bearing!r} is rigid in {output.component}, which leaves no motion to "
             "compute its force from; give it a stiffness"
         )
-    stiffness, damping = bearing.matrices()
-    for joint in assembled.law_joints:
-        if joint.bearing == bearing.name:
-            stiffness[:2, :2], damping[:2, :2] = joint.coefficients(speed)
+    stiffness, damping = bearing_matrices(assembled, bearing, speed)
     motion, at = joint_motion(assembled, bearing), MOTIONS.index(output.component)
     rows[0], rows[1] = stiffness[at] @ motion, damping[at] @ motion
     return rows

@@ -16,7 +16,7 @@ from typing import Any, Literal, cast
 
 import h5py
 import numpy as np
-import scipy.io
+import scipy
 
 from solidwhirl.rotordyn.core.atomic import replacing
 from solidwhirl.rotordyn.core.errors import AnalysisError, SuperelementError

@@ -15,7 +15,7 @@ from pydantic import Field, field_validator, model_validator
 from solidwhirl.analyses.work import EngineSize, Work
 from solidwhirl.core.blocks import AnalysisBlock, Table
 from solidwhirl.core.fields import MOST, Count, FileName, Name, NotNegative, Place, Positive, Record
-from solidwhirl.core.outcome import OTHERS, Outcome, PageSection, Write
+from solidwhirl.core.outcome import OTHERS, Drawing, Outcome, PageSection, Write
 from solidwhirl.core.plain_data import Labels, plain_data, tabled
 from solidwhirl.rotordyn import AssembledSystem, Campbell
 from solidwhirl.rotordyn.asymmetric import RotatingSystem
@@ -23,7 +23,7 @@ from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
 from solidwhirl.rotordyn.modes.damping import DampingRule
 from solidwhirl.rotordyn.plots.chart import Chart
-from solidwhirl.rotordyn.plots.matplotlib_chart import draw_charts
+from solidwhirl.rotordyn.plots.matplotlib_chart import draw_titled_charts
 
 Points = Annotated[Count, Field(ge=2, le=20001)]
 Places = Annotated[tuple[Place, ...], Field(min_length=1, max_length=MOST)]
@@ -299,7 +299,9 @@ class Analysis(Record):
         """
         found = Found(name=self.label, outcome=outcome, engine=engine)
         pictures = {
-            f"{self.label}{suffix}.png": partial(_draw, charts, engine.title)
+            f"{self.label}{suffix}.png": Drawing(
+                shown=charts, draw=partial(draw_titled_charts, title=engine.title)
+            )
             for suffix, charts in self.pictures(found).items()
         }
         return replace(
@@ -309,12 +311,6 @@ class Analysis(Record):
             section=self.section,
             blocks=cache(partial(self.blocks, found)),
         )
-
-
-def _draw(charts: Charts, title: str, path: Path) -> None:
-    """Draw charts; a single one has its own title behind that of the engine."""
-    shown = charts()
-    draw_charts(shown, path, f"{title}: {shown[0].title}" if len(shown) == 1 else title)
 
 
 class Sweep(Analysis):

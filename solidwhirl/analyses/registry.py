@@ -7,17 +7,20 @@ from typing import Annotated, get_args
 from pydantic import Field
 
 from solidwhirl.analyses.base import Analysis
+from solidwhirl.analyses.kinds.api617 import Api617Spec
 from solidwhirl.analyses.kinds.asymmetric_response import AsymmetricResponseSpec
 from solidwhirl.analyses.kinds.bearing_laws import BearingLawsSpec
 from solidwhirl.analyses.kinds.critical_speed_map import CriticalSpeedMapSpec
 from solidwhirl.analyses.kinds.mode_shapes import ModeShapesSpec
 from solidwhirl.analyses.kinds.nodal_diameters import NodalDiametersSpec
+from solidwhirl.analyses.kinds.nonlinear_response import NonlinearResponseSpec
 from solidwhirl.analyses.kinds.place_map import PlaceMapSpec
 from solidwhirl.analyses.kinds.rotating_campbell import RotatingCampbellSpec
 from solidwhirl.analyses.kinds.run_up import RunUpSpec
 from solidwhirl.analyses.kinds.separation_margins import SeparationMarginsSpec
 from solidwhirl.analyses.kinds.stability import StabilitySpec
 from solidwhirl.analyses.kinds.state_space import StateSpaceSpec
+from solidwhirl.analyses.kinds.static import StaticSpec
 from solidwhirl.analyses.kinds.stiffness_study import StiffnessStudySpec
 from solidwhirl.analyses.kinds.unbalance_response import UnbalanceResponseSpec
 from solidwhirl.analyses.kinds.waterfall import WaterfallSpec
@@ -32,13 +35,16 @@ AnalysisSpec = Annotated[
     | RotatingCampbellSpec
     | ModeShapesSpec
     | SeparationMarginsSpec
+    | Api617Spec
     | StabilitySpec
     | BearingLawsSpec
     | RunUpSpec
+    | StaticSpec
     | StateSpaceSpec
     | RecoverySpec
     | NodalDiametersSpec
-    | AsymmetricResponseSpec,
+    | AsymmetricResponseSpec
+    | NonlinearResponseSpec,
     Field(discriminator="kind"),
 ]
 

@@ -13,7 +13,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from scipy import sparse
+import scipy
 
 from solidwhirl.geometry import Body, GeometryError, Material, Section
 from solidwhirl.geometry.meridian.snapping import scale_of, snap_body
@@ -165,8 +165,8 @@ class _Band(NamedTuple):
 def grouped(count: int, pairs: Iterable[tuple[int, int]]) -> IntArray:
     """Return a label per item, shape (count,): equal for items that pairs join."""
     first, second = np.array(list(pairs), dtype=int).reshape(-1, 2).T
-    graph = sparse.coo_array((np.ones(first.size), (first, second)), shape=(count, count))
-    return np.asarray(sparse.csgraph.connected_components(graph, directed=False)[1])
+    graph = scipy.sparse.coo_array((np.ones(first.size), (first, second)), shape=(count, count))
+    return np.asarray(scipy.sparse.csgraph.connected_components(graph, directed=False)[1])
 
 
 def _is_flat(section: Section) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -16,7 +16,7 @@ from solidwhirl.console.terminal import telling
 from solidwhirl.core.errors import OutputError, writing
 from solidwhirl.core.stages import Progress
 from solidwhirl.files import picture_index
-from solidwhirl.files.picture_index import Picture
+from solidwhirl.files.picture_index import Draw, Picture
 from solidwhirl.pictures.picture_names import refuse_unknown_names
 
 if TYPE_CHECKING:
@@ -111,6 +111,7 @@ def pictures_command(
     for it, or a folder that can't be written.
     """
     from solidwhirl.files.run_folder import STAGES, claimed
+    from solidwhirl.output.picture_processes import in_processes
     from solidwhirl.pictures.catalogue import pictures_of
     from solidwhirl.pipeline.cached_stages import StageCache, engine_part, open_store
     from solidwhirl.pipeline.run import run_scene
@@ -128,9 +129,11 @@ def pictures_command(
         content = (engine_part(scene), scene.analyses, scene.name, scene.title)
         entries: dict[str, list[Path]] = {}
         failed: list[tuple[str, str]] = []
-        for picture in (_kept(picture, stage_cache, content) for picture in chosen):
-            if drawn := _draw(picture, folder, kinds, progress, failed):
-                entries[picture.name] = drawn
+        kept_ones = [_kept(picture, stage_cache, content) for picture in chosen]
+        with in_processes(_stills(kept_ones, folder, kinds)) as begun:
+            for picture in kept_ones:
+                if drawn := _draw(picture, folder, kinds, begun, progress, failed):
+                    entries[picture.name] = drawn
         files = tuple(path for drawn in entries.values() for path in drawn)
         if not files and not failed:
             raise _no_format(kinds, [p.name for p in chosen])
@@ -183,24 +186,37 @@ def _kept(picture: Picture, stage_cache: StageCache, content: Any) -> Picture:
     return replace(picture, draw=stage_cache.picture(key, picture.draw))
 
 
+def _files(picture: Picture, folder: Path, kinds: Sequence[str]) -> list[Path]:
+    """The files of one picture in all its formats that are asked for."""
+    return [folder / f"{picture.name}.{kind}" for kind in kinds if kind in picture.formats]
+
+
+def _stills(pictures: Sequence[Picture], folder: Path, kinds: Sequence[str]) -> dict[Path, Draw]:
+    """What draws the files of pictures that do not move; films tell how far they are."""
+    return {
+        path: picture.draw
+        for picture in pictures
+        if picture.kind != "film"
+        for path in _files(picture, folder, kinds)
+    }
+
+
 def _draw(
     picture: Picture,
     folder: Path,
     kinds: Sequence[str],
+    begun: Mapping[Path, Draw],
     progress: Progress,
     failed: list[tuple[str, str]],
 ) -> list[Path]:
-    """Draw one picture in all its formats that are asked for."""
+    """Draw one picture in all its formats that are asked for, or wait for those begun."""
     drawn = []
-    for kind in kinds:
-        if kind not in picture.formats:
-            continue
-        path = folder / f"{picture.name}.{kind}"
+    for path in _files(picture, folder, kinds):
         progress(f"draw {path.name}")
         try:
             with writing(path):
                 path.parent.mkdir(parents=True, exist_ok=True)
-                picture.draw(path)
+                begun.get(path, picture.draw)(path)
         except (ValueError, ImportError) as error:
             failed.append((path.name, str(error)))
             progress(f"{path.name} is not drawn: {error}")

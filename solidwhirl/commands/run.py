@@ -133,6 +133,7 @@ def _written(scene: Scene, asked: RunOptions) -> tuple[Results, dict[str, Any]]:
 
     from solidwhirl.files.run_folder import STAGES, claimed, refuse_foreign_results
     from solidwhirl.output.documents import write_into
+    from solidwhirl.output.picture_processes import in_processes, in_turn
     from solidwhirl.pipeline.cached_stages import StageCache, open_fresh_store, open_store
     from solidwhirl.pipeline.run import run_scene
 
@@ -150,6 +151,7 @@ def _written(scene: Scene, asked: RunOptions) -> tuple[Results, dict[str, Any]]:
             results,
             folder,
             pictures=asked.pictures,
+            begin=in_processes if MPI.COMM_WORLD.size == 1 else in_turn,
             stage_cache=StageCache(store=kept, progress=progress),
             scene_path=asked.scene,
             command=asked.command,

@@ -96,6 +96,15 @@ def _file_name(value: str) -> str:
     return value
 
 
+def _tilt_matrix(value: Any) -> Any:
+    """A matrix on ux and uy, or one of four by four with the tilts as well."""
+    if isinstance(value, list | tuple) and len(value) == 4:
+        if not all(isinstance(row, list | tuple) and len(row) == 4 for row in value):
+            raise ValueError("four rows of four numbers each are needed, on ux, uy, rx and ry")
+        return value
+    return _matrix(value)
+
+
 def _beside_scene(value: str, info: ValidationInfo) -> str:
     """Take the name of a file from the folder of the scene that names it, where that is known."""
     folder = (info.context or {}).get("folder")
@@ -144,13 +153,20 @@ Matrix = Annotated[
     BeforeValidator(_matrix),
     WithJsonSchema({"anyOf": [_ANY, _TWO, {**_TWO, "items": _TWO}]}),
 ]
+_FOUR = {"type": "array", "items": _ANY, "minItems": 4, "maxItems": 4}
+#: On (ux, uy), or on (ux, uy, rx, ry)
+TiltMatrix = Annotated[
+    tuple[tuple[Finite, ...], ...],
+    BeforeValidator(_tilt_matrix),
+    WithJsonSchema({"anyOf": [_ANY, _TWO, {**_TWO, "items": _TWO}, {**_FOUR, "items": _FOUR}]}),
+]
 ZERO_MATRIX = ((0.0, 0.0), (0.0, 0.0))
 
 
 class Record(BaseModel):
     """Base of all scene records: frozen, no unknown keys."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=False)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=False, defer_build=True)
 
 
 def keys_of(record: type[BaseModel]) -> dict[str, FieldInfo]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +16,27 @@ if TYPE_CHECKING:
 Write = Callable[[Path], None]
 # Curves of one picture that can be told apart by colour, and speeds whose orbits have room in one.
 MOST_CURVES, MOST_ORBITS = 7, 8
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Drawing:
+    """Draws a picture in two steps, of which the second needs no run.
+
+    It writes the file that it is given, as any other `Write` does.
+    """
+
+    #: Makes what is to be seen from the run: plain records
+    shown: Callable[[], Any]
+    #: Draws that to a file; a function of a module, so that another process can have it
+    draw: Callable[[Any, Path], None]
+
+    def __call__(self, path: Path) -> None:
+        """Take both steps."""
+        self.ready()(path)
+
+    def ready(self) -> Write:
+        """Return what draws the second step alone."""
+        return partial(self.draw, self.shown())
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from solidwhirl.analyses.work import EngineKind, EngineSize, Work
 from solidwhirl.cost import run_coefficients as measured
 from solidwhirl.model.imported_bodies import imported_element
 from solidwhirl.model.plan_records import Plan
+from solidwhirl.scene.bearing_physics import AbsoluteLaw
 from solidwhirl.scene.records import Scene
 
 _COORDINATES = 100.0
@@ -39,9 +40,11 @@ def engine_size(plan: Plan, scene: Scene, coordinates: int) -> EngineSize:
 def _uneven(scene: Scene) -> bool:
     """Whether a bearing is stiffer in one direction than across it, at some speed."""
     laws = [scene.speed_laws[b.speed_law] for b in scene.bearings if b.speed_law is not None]
+    if any(law.kind == "frequency_table" for law in laws):
+        return True
     stiffnesses = [
         *(bearing.stiffness_n_per_m for bearing in scene.bearings),
-        *(at_speed for law in laws if law.kind == "table" for at_speed in law.stiffness_n_per_m),
+        *(k for law in laws if isinstance(law, AbsoluteLaw) for k in law.table().stiffness_n_per_m),
     ]
     if any(xx != yy or xy != -yx for (xx, xy), (yx, yy) in stiffnesses):
         return True

@@ -225,13 +225,10 @@ def _clustered(surface: Surface) -> Surface:
         return surface
     low, size = points.min(axis=0), float(np.ptp(points, axis=0).max())
     box = size / 400.0
-    while True:
-        place = np.floor((points - low) / box).astype(np.int64)
-        _, first, group = np.unique(place, axis=0, return_index=True, return_inverse=True)
-        if first.size <= MOST_POINTS:
-            break
+    while np.unique(boxes := _boxes(points - low, box)).size > MOST_POINTS:
         box *= 1.12
-    cells = group.reshape(-1)[faces.triangles]
+    _, first, group = np.unique(boxes, return_index=True, return_inverse=True)
+    cells = group[faces.triangles]
     flat = (cells == np.roll(cells, 1, axis=1)).any(axis=1)
     if surface.kind == "sector":
         return surface.as_solid(first, cells[~flat])
@@ -241,6 +238,12 @@ def _clustered(surface: Surface) -> Surface:
         cells=cells[~flat],
         amplitudes=surface.amplitudes[first],
     )
+
+
+def _boxes(points: FloatArray, size: float) -> IntArray:
+    """Numbers of the boxes of a size that points (p, 3) from 0 on are in."""
+    place = np.floor(points / size).astype(np.int64)
+    return np.asarray(np.ravel_multi_index(tuple(place.T), tuple(place.max(axis=0) + 1)))
 
 
 def _disk_at_interface(element: Superelement, disk: RigidDisk) -> list[Surface]:

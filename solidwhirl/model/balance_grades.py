@@ -10,20 +10,8 @@ from solidwhirl.analyses.kinds.run_up import RunUpSpec
 from solidwhirl.analyses.kinds.unbalance_response import UnbalanceResponseSpec
 from solidwhirl.analyses.unbalances import UnbalanceSpec
 from solidwhirl.rotordyn import AnalysisError
-from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
+from solidwhirl.rotordyn.standards.iso_balance import permissible_unbalance_kg_m
 from solidwhirl.scene.records import Scene
-
-_M_PER_MM = 1e-3
-
-
-def permissible_unbalance_kg_m(mass_kg: float, grade_mm_per_s: float, speed_rpm: float) -> float:
-    """Return the unbalance that a balance quality grade permits a rotor.
-
-    Notes
-    -----
-    U = m G / Ω, ISO 21940-11 (formerly ISO 1940-1): the whole of the rotor, all planes together.
-    """
-    return mass_kg * grade_mm_per_s * _M_PER_MM / (speed_rpm * RAD_S_PER_RPM)
 
 
 def with_moments(scene: Scene, masses_kg: Mapping[str, float]) -> Scene:

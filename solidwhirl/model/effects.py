@@ -19,6 +19,7 @@ from solidwhirl.model.plan_records import BodyPlan, Effect, Plan
 from solidwhirl.model.resolution import choose_resolution
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
+from solidwhirl.scene.bearing_physics import AbsoluteLaw
 from solidwhirl.scene.joints import BearingSpec
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import (
@@ -183,7 +184,7 @@ def _damped_joints(scene: Scene) -> list[str]:
     tables = {
         name
         for name, law in scene.speed_laws.items()
-        if law.kind == "table" and np.any(np.asarray(law.damping_n_s_per_m))
+        if isinstance(law, AbsoluteLaw) and law.table().damping_n_s_per_m.any()
     }
     found = [
         b.name

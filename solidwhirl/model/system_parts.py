@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -15,8 +16,10 @@ from solidwhirl.rotordyn import (
     LEE_ANISOTROPIC,
     LEE_ISOTROPIC,
     AssembledSystem,
+    AssemblyError,
     Bearing,
     Disk,
+    FrequencyTableLaw,
     Gear,
     InternalDamping,
     PolynomialLaw,
@@ -31,13 +34,15 @@ from solidwhirl.rotordyn import (
 from solidwhirl.rotordyn.asymmetric import RotatingSystem, assemble_rotating, at_rest
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
+from solidwhirl.scene.bearing_physics import AbsoluteLaw
 from solidwhirl.scene.joints import (
     BeamSpec,
     BearingSpec,
+    FileLawSpec,
+    FrequencyTableLawSpec,
     GearSpec,
     PolynomialLawSpec,
     SpeedLawSpec,
-    TableLawSpec,
 )
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import is_off_axis
@@ -137,7 +142,9 @@ def bearings(scene: Scene, plan: Plan) -> tuple[Bearing, ...]:
     laws = {name: _law(name, spec, damped) for name, spec in scene.speed_laws.items()}
     if plan.on("speed_dependent_bearings"):
         return tuple(_bearing(spec, off, laws) for spec in scene.bearings)
-    tables = {name: law for name, law in laws.items() if isinstance(law, TableLaw)}
+    tables = {
+        name: law for name, law in laws.items() if isinstance(law, TableLaw | FrequencyTableLaw)
+    }
     return tuple(_at_rest(_bearing(spec, off, tables)) for spec in scene.bearings)
 
 
@@ -146,26 +153,47 @@ def _at_rest(bearing: Bearing) -> Bearing:
     if bearing.speed_law is None:
         return bearing
     zero = np.zeros((2, 2))
-    found = bearing.speed_law.coefficients(0.0, zero, zero)
-    return replace(
-        bearing,
-        speed_law=None,
-        stiffness_n_per_m=found.stiffness_n_per_m,
-        damping_n_s_per_m=found.damping_n_s_per_m,
+    k, c = bearing.speed_law.coefficients(0.0, zero, zero)
+    if len(k) == 4 and (k[:2, 2:].any() or k[2:, :2].any() or c[:2, 2:].any() or c[2:, :2].any()):
+        return bearing  # constant, but more than a bearing's own coefficients can say
+    own: dict[str, Any] = {"stiffness_n_per_m": k[:2, :2], "damping_n_s_per_m": c[:2, :2]}
+    if len(k) == 4:
+        own["tilt_stiffness_n_m_per_rad"] = bearing.tilt_stiffness_n_m_per_rad + k[2:, 2:]
+        own["tilt_damping_n_m_s_per_rad"] = bearing.tilt_damping_n_m_s_per_rad + c[2:, 2:]
+    return replace(bearing, speed_law=None, **own)
+
+
+def _frequency_law(name: str, spec: FrequencyTableLawSpec, damped: float) -> FrequencyTableLaw:
+    frequencies = np.array(spec.frequency_hz) * 2.0 * np.pi
+
+    def values(rows: Any) -> FloatArray:
+        found = np.array(rows, dtype=float)
+        return found if frequencies.size else found[:, 0]
+
+    stiffness = values(spec.stiffness_n_per_m)
+    return FrequencyTableLaw(
+        name=name,
+        speeds_rad_s=np.array(spec.speed_rpm) * np.pi / 30.0,
+        frequencies_rad_s=frequencies,
+        stiffness_n_per_m=stiffness,
+        damping_n_s_per_m=values(spec.damping_n_s_per_m) * damped,
+        mass_kg=values(spec.added_mass_kg) if spec.added_mass_kg else np.zeros(stiffness.shape),
+        interpolation=spec.interpolation,
     )
 
 
 def _law(name: str, spec: SpeedLawSpec, damped: bool) -> SpeedLaw:
     if isinstance(spec, PolynomialLawSpec):
         return PolynomialLaw(name=name, **spec.model_dump(exclude={"kind"}))
-    if isinstance(spec, TableLawSpec):
-        return TableLaw(
-            name=name,
-            speeds_rad_s=np.array(spec.speed_rpm) * np.pi / 30.0,
-            stiffness_n_per_m=np.array(spec.stiffness_n_per_m),
-            damping_n_s_per_m=np.array(spec.damping_n_s_per_m) * float(damped),
-            interpolation=spec.interpolation,
-        )
+    if isinstance(spec, FrequencyTableLawSpec):
+        return _frequency_law(name, spec, float(damped))
+    if isinstance(spec, FileLawSpec):
+        raise AssemblyError((f"law {name!r}: its file {spec.file!r} was not read with the scene",))
+    if isinstance(spec, AbsoluteLaw):
+        rows = spec.table()
+        undamped = np.zeros_like(rows.damping_n_s_per_m)
+        rows = rows if damped else rows._replace(damping_n_s_per_m=undamped)
+        return TableLaw(name=name, **rows._asdict())
     return _PRESETS[spec.preset]
 
 

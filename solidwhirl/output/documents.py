@@ -15,7 +15,7 @@ import numpy as np
 from solidwhirl.analyses.base import decrements, reference_ranges_rad_s
 from solidwhirl.bodies.reduction import BodyResult
 from solidwhirl.core.check_report import checks_document
-from solidwhirl.core.outcome import is_picture
+from solidwhirl.core.outcome import Write, is_picture
 from solidwhirl.core.plain_data import plain_data
 from solidwhirl.core.stages import silent
 from solidwhirl.core.versions import package_versions
@@ -36,6 +36,7 @@ from solidwhirl.model.interface_documents import interfaces_document
 from solidwhirl.model.mesh_bodies import source_document
 from solidwhirl.model.plan_records import Plan
 from solidwhirl.model.resolution import Resolution
+from solidwhirl.output.picture_processes import Begin, in_turn
 from solidwhirl.output.report import report_text
 from solidwhirl.page.frame.records import Run
 from solidwhirl.page.sections import write_report
@@ -302,6 +303,7 @@ def write_into(
     *,
     pictures: bool = True,
     page: bool = True,
+    begin: Begin = in_turn,
     stage_cache: StageCache | None = None,
     scene_path: Path | None = None,
     command: str = "",
@@ -309,18 +311,23 @@ def write_into(
     """Write results into a claimed folder, and return what `results.json` holds.
 
     Everything is written to a temporary folder in it and moved into place file by file when it is
-    complete, `results.json` last but for the manifest. `stage_cache`: of pictures; None: nowhere.
-    `scene_path`, `command`: for the page, the scene file and the command line that repeats
+    complete, `results.json` last but for the manifest. `begin`: begins to draw the pictures; the
+    page is made in the meantime. `stage_cache`: of pictures; None: nowhere. `scene_path`,
+    `command`: for the page, the scene file and the command line that repeats
     the run. Raises OutputError: the folder can't be written.
     """
     document = results_document(results)
     with replacing_files(folder) as scratch:
         _write_all(results, document, scratch)
-        if pictures:
-            _draw_all(results, scratch, stage_cache or StageCache(store=None, progress=silent))
-        if page:
-            run = Run(results=results, document=document, scene_path=scene_path, command=command)
-            write_report(run, scratch / "report.html")
+        kept = stage_cache or StageCache(store=None, progress=silent)
+        with begin(_drawn(results, scratch, kept) if pictures else {}) as drawn:
+            if page:
+                run = Run(
+                    results=results, document=document, scene_path=scene_path, command=command
+                )
+                write_report(run, scratch / "report.html")
+            for path, draw in drawn.items():
+                draw(path)
     return document
 
 
@@ -359,14 +366,18 @@ def _size_bytes(element: Superelement) -> int:
     return int(1.1 * (forms + arrays + element.recovery_modes.nbytes)) + _AROUND_BYTES
 
 
-def _draw_all(results: Results, folder: Path, stage_cache: StageCache) -> None:
-    """All pictures of a run."""
-    for outcome in results.analyses.values():
-        for file, write in outcome.files.items():
-            if is_picture(file):
-                write(folder / file)
+def _drawn(results: Results, folder: Path, stage_cache: StageCache) -> dict[Path, Write]:
+    """What draws all pictures of a run, by their files."""
+    drawn = {
+        folder / file: write
+        for outcome in results.analyses.values()
+        for file, write in outcome.files.items()
+        if is_picture(file)
+    }
     for file, draw in diagrams_of(results).items():
-        stage_cache.picture(stage_cache.key(file, draw.args, draw.keywords), draw)(folder / file)
+        key = stage_cache.key(file, draw.args, draw.keywords)
+        drawn[folder / file] = stage_cache.picture(key, draw)
+    return drawn
 
 
 def diagrams_of(results: Results) -> dict[str, partial[None]]:

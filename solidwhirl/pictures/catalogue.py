@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from solidwhirl.core.outcome import Write, is_picture
+from solidwhirl.core.outcome import Drawing, Write, is_picture
 from solidwhirl.drawing.modes import pictured_modes
 from solidwhirl.files.picture_index import Picture
 from solidwhirl.output.documents import diagrams_of
@@ -114,9 +114,8 @@ def _modes(
             "they are forward, dashed with a cube where they are backward."
         )
         shape = partial(engine_shape, results, shown, k)
-        yield Picture(
-            name=name, kind="still", caption=caption, draw=partial(_draw_mode, shape, title)
-        )
+        still = Drawing(shown=shape, draw=partial(_draw_mode, title=title))
+        yield Picture(name=name, kind="still", caption=caption, draw=still)
         told = partial(_tell, progress, name)
         draw = partial(_draw_film, shape, title, told)
         yield Picture(name=f"{name}_film", kind="film", caption=caption, draw=draw)
@@ -128,10 +127,10 @@ def _tell(progress: Callable[[str], None], name: str, frame: int, frames: int) -
 
 
 # The modules of stills and films load VTK.
-def _draw_mode(shape: Callable[[], EngineShape], title: str, path: Path) -> None:
+def _draw_mode(shape: EngineShape, path: Path, title: str) -> None:
     from solidwhirl.pictures.stills import draw_mode_still
 
-    draw_mode_still(shape(), path, title)
+    draw_mode_still(shape, path, title)
 
 
 def _draw_film(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -22,9 +23,11 @@ from solidwhirl.drawing.motion import (
 from solidwhirl.drawing.surfaces import Piece
 from solidwhirl.files.surface_files import surface_grid
 from solidwhirl.files.vtk_files import LINE
-from solidwhirl.pipeline.run import Results
 from solidwhirl.rotordyn import Superelement
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
+
+if TYPE_CHECKING:
+    from solidwhirl.pipeline.run import Results
 
 # Largest displacement as a part of the engine's length, points of an orbit.
 _LARGEST, _AROUND = 0.055, 64

@@ -6,6 +6,7 @@ import tempfile
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
@@ -103,7 +104,7 @@ class StageCache:
                 kept = (replace(found, files={}), contents)
                 self.keep(key, name, kept)
         outcome, contents = kept
-        return replace(outcome, files={file: _copy(content) for file, content in contents.items()})
+        return replace(outcome, files={f: partial(_written, data) for f, data in contents.items()})
 
     def _contents(self, name: str, outcome: Outcome) -> dict[str, bytes] | None:
         """Content of the files of an analysis; None if they can't be written."""
@@ -129,26 +130,38 @@ class StageCache:
         return self.picture(self.key("picture", analysis, title, file), draw)
 
     def picture(self, key: str, draw: Write) -> Write:
-        """A function that writes a picture, from the store or by drawing it.
-
-        Each format of a picture is kept by itself: the ending of the file tells it.
-        """
-
-        def write(path: Path) -> None:
-            own = self.key("format of a picture", key, path.suffix)
-            kept = self.find(own)
-            if kept is None:
-                draw(path)
-                self.keep(own, path.name, path.read_bytes())
-            else:
-                path.write_bytes(kept)
-
-        return write
+        """A function that writes a picture, from the store or by drawing it."""
+        return KeptPicture(stage_cache=self, key=key, draw=draw)
 
 
-def _copy(data: bytes) -> Write:
-    def write(path: Path) -> None:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(data)
+@dataclass(frozen=True, kw_only=True, eq=False)
+class KeptPicture:
+    """Writes a picture, from the store or by drawing it.
 
-    return write
+    Each format of a picture is kept by itself: the ending of the file tells it.
+    """
+
+    stage_cache: StageCache
+    key: str
+    draw: Write
+
+    def __call__(self, path: Path) -> None:
+        """Write the picture to a file."""
+        kept = self.find(path)
+        if kept is None:
+            self.draw(path)
+            self.stage_cache.keep(self._own(path), path.name, path.read_bytes())
+        else:
+            path.write_bytes(kept)
+
+    def find(self, path: Path) -> bytes | None:
+        """The content of the file, or None where it is to be drawn."""
+        return self.stage_cache.find(self._own(path))
+
+    def _own(self, path: Path) -> str:
+        return self.stage_cache.key("format of a picture", self.key, path.suffix)
+
+
+def _written(data: bytes, path: Path) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(data)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
@@ -13,10 +12,9 @@ from solidwhirl.analyses.base import Operating
 from solidwhirl.analyses.stability_summary import Stability, interval_document
 from solidwhirl.estimates.documents import coupling_effect
 from solidwhirl.pipeline.alarms import Alarm
+from solidwhirl.rotordyn.standards.api617_lateral import vibration_limit_m
 from solidwhirl.scene_checks.operating import critical_speeds_that_count, margin_of
 
-# Peak-to-peak limit of API 617 at the probes: 25.4 um, above 12000 rpm times sqrt(12000 / N).
-_LIMIT_UM, _LIMIT_RPM = 25.4, 12000.0
 _UM_PER_M = 1e6
 
 
@@ -160,4 +158,4 @@ def _limit_um(operating: Sequence[Operating]) -> float | None:
     if not operating:
         return None
     fastest = max(o.to_rpm for o in operating)
-    return _LIMIT_UM * min(1.0, math.sqrt(_LIMIT_RPM / fastest))
+    return _UM_PER_M * vibration_limit_m(fastest)

@@ -21,6 +21,7 @@ from solidwhirl.model.interface_documents import cut_doubts
 from solidwhirl.plausibility.shapes import Disk, Shape, shapes_of
 from solidwhirl.rotordyn import Superelement
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
+from solidwhirl.scene.bearing_physics import AbsoluteLaw
 from solidwhirl.scene.joints import BearingSpec
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.operating import operating_speeds
@@ -215,7 +216,7 @@ def _stiffness_doubts(key: str, bearing: BearingSpec) -> Iterator[Doubt]:
 
 def _sag_doubts(scene: Scene, masses: Mapping[str, float]) -> Iterator[Doubt]:
     """How far a body would hang down on its own springs."""
-    tables = {name for name, law in scene.speed_laws.items() if law.kind == "table"}
+    tables = {name for name, law in scene.speed_laws.items() if isinstance(law, AbsoluteLaw)}
     for name, mass in masses.items():
         joints = [
             (k, b)

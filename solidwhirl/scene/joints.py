@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+import numpy as np
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from solidwhirl.core.fields import (
     MOST,
     ZERO_MATRIX,
+    BesideScene,
     EndText,
     Finite,
     Matrix,
@@ -18,11 +20,22 @@ from solidwhirl.core.fields import (
     NotNegative,
     Positive,
     Record,
+    TiltMatrix,
+)
+from solidwhirl.rotordyn.bearings.speed_tables import SpeedTable
+from solidwhirl.scene.bearing_physics import (
+    AbsoluteLaw,
+    RollingLawSpec,
+    ShortBearingLawSpec,
+    SqueezeFilmLawSpec,
 )
 
 # Rows of a table nearer to each other than this fraction of the highest speed are one speed.
 _ONE_SPEED = 1e-12
 Coefficients = Annotated[tuple[Finite, ...], Field(min_length=1, max_length=16)]
+_Nested = Annotated[
+    tuple[Annotated[tuple[TiltMatrix, ...], Field(max_length=MOST)], ...], Field(max_length=MOST)
+]
 Preset = Literal["lee_isotropic", "lee_anisotropic"]
 
 
@@ -169,7 +182,7 @@ class PolynomialLawSpec(Record):
         return self
 
 
-class TableLawSpec(Record):
+class TableLawSpec(AbsoluteLaw):
     """Coefficients of a bearing at given speeds of its rotor."""
 
     kind: Literal["table"]
@@ -195,6 +208,78 @@ class TableLawSpec(Record):
                 )
         return self
 
+    def table(self) -> SpeedTable:
+        """Return the rows."""
+        return SpeedTable(
+            np.array(self.speed_rpm) * np.pi / 30.0,
+            np.array(self.stiffness_n_per_m, dtype=float),
+            np.array(self.damping_n_s_per_m, dtype=float),
+            self.interpolation,
+        )
+
+
+class FrequencyTableLawSpec(AbsoluteLaw):
+    """Coefficients of a bearing over the speed and the frequency of the motion, with added mass.
+
+    Nested [speed][frequency]; without frequencies [speed].
+    """
+
+    kind: Literal["frequency_table"]
+    interpolation: Literal["linear", "monotone"] = "monotone"
+    speed_rpm: Annotated[tuple[NotNegative, ...], Field(min_length=2, max_length=MOST)]
+    frequency_hz: Annotated[tuple[NotNegative, ...], Field(max_length=MOST)] = ()
+    stiffness_n_per_m: _Nested
+    damping_n_s_per_m: _Nested
+    added_mass_kg: _Nested = ()
+
+    @field_validator("stiffness_n_per_m", "damping_n_s_per_m", "added_mass_kg", mode="before")
+    @classmethod
+    def _one_frequency(cls, value: Any, info: ValidationInfo) -> Any:
+        if isinstance(value, list | tuple) and not info.data.get("frequency_hz"):
+            return [[row] for row in value]
+        return value
+
+    @model_validator(mode="after")
+    def _lengths(self) -> FrequencyTableLawSpec:
+        if len(self.frequency_hz) == 1:
+            raise ValueError("frequency_hz has one value; two or more are needed, or none")
+        for name in ("speed_rpm", "frequency_hz"):
+            axis = getattr(self, name)
+            for low, high in pairwise(axis):
+                if high - low <= _ONE_SPEED * axis[-1]:
+                    raise ValueError(f"{name} must be increasing; it has {low:g}, then {high:g}")
+        across = max(1, len(self.frequency_hz))
+        sizes = set()
+        for key in ("stiffness_n_per_m", "damping_n_s_per_m", "added_mass_kg"):
+            rows = getattr(self, key)
+            if key == "added_mass_kg" and not rows:
+                continue
+            if len(rows) != len(self.speed_rpm):
+                raise ValueError(f"{key} has {len(rows)} entries for {len(self.speed_rpm)} speeds")
+            for place, row in enumerate(rows):
+                if len(row) != across:
+                    raise ValueError(
+                        f"{key}[{place}] has {len(row)} entries for {across} frequencies"
+                    )
+                sizes |= {len(matrix) for matrix in row}
+        if len(sizes) > 1:
+            raise ValueError("matrices are on ux and uy in one place, with tilts in another")
+        return self
+
+    def table(self) -> SpeedTable:
+        """Return the rows of the lowest frequency on ux and uy, with the damping of any."""
+        stiffness, damping = (
+            np.array(rows, dtype=float)[..., :2, :2]
+            for rows in (self.stiffness_n_per_m, self.damping_n_s_per_m)
+        )
+        speeds = np.array(self.speed_rpm) * np.pi / 30.0
+        return SpeedTable(speeds, stiffness[:, 0], damping.max(axis=1), self.interpolation)
+
+    @property
+    def holds_tilts(self) -> bool:
+        """Whether rx and ry are in it."""
+        return len(self.stiffness_n_per_m[0][0]) == 4
+
 
 class PresetLawSpec(Record):
     """A law that comes with the program."""
@@ -203,6 +288,27 @@ class PresetLawSpec(Record):
     preset: Preset
 
 
+class FileLawSpec(Record):
+    """A table in a file of the bearing's maker; a scene that is read has the table in its place."""
+
+    kind: Literal["file"]
+    file: BesideScene
+    tag: Annotated[str, Field(min_length=1, max_length=200)] | None = None
+    axis: Literal["speed", "frequency"] | None = None
+    load_n: NotNegative | None = None
+    maker_spin: Literal["x_to_y", "y_to_x"] = "x_to_y"
+    turned_deg: Finite = 0.0
+    interpolation: Literal["linear", "monotone"] = "monotone"
+
+
 SpeedLawSpec = Annotated[
-    PolynomialLawSpec | TableLawSpec | PresetLawSpec, Field(discriminator="kind")
+    PolynomialLawSpec
+    | TableLawSpec
+    | FrequencyTableLawSpec
+    | FileLawSpec
+    | PresetLawSpec
+    | RollingLawSpec
+    | ShortBearingLawSpec
+    | SqueezeFilmLawSpec,
+    Field(discriminator="kind"),
 ]

@@ -31,7 +31,8 @@ from solidwhirl.core.fields import (
     Title,
     alike_in_files,
 )
-from solidwhirl.rotordyn.modes.damping import CRITICALLY_DAMPED, DampingRule
+from solidwhirl.rotordyn.modes.damping import DampingRule
+from solidwhirl.rotordyn.standards.api617_lateral import CRITICALLY_DAMPED
 from solidwhirl.scene.features import (
     BladeSpec,
     CutSpec,

@@ -46,7 +46,9 @@ def acting_on(scene: Scene, effect: str) -> list[str]:
 
 def _actions(scene: Scene) -> Iterator[tuple[str, str, str]]:
     for bearing in scene.bearings:
-        for motion in _of_bearing(bearing):
+        law = scene.speed_laws.get(bearing.speed_law or "")
+        tilts = law is not None and law.kind == "frequency_table" and law.holds_tilts
+        for motion in dict.fromkeys((*_of_bearing(bearing), *(("rx", "ry") if tilts else ()))):
             for place in (bearing.first, bearing.second):
                 if place != "ground":
                     yield place, motion, bearing.name
@@ -56,6 +58,10 @@ def _actions(scene: Scene) -> Iterator[tuple[str, str, str]]:
     for analysis in scene.analyses:
         for place in getattr(analysis, "drives", ()):
             yield place, "rz", f"drive of {analysis.label}"
+        for force in getattr(analysis, "forces", ()):
+            for motion in force.motions:
+                if motion in EFFECT_OF:
+                    yield force.at, motion, f"force of {analysis.label}"
     for name, body in scene.finite_element_bodies().items():
         for disk in body.rigid_disks:
             for motion in ("rx", "ry"):

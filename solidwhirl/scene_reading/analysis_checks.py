@@ -7,25 +7,31 @@ from typing import Any
 
 import numpy as np
 
+from solidwhirl.analyses.kinds.api617 import Api617Spec
 from solidwhirl.analyses.kinds.asymmetric_response import AsymmetricResponseSpec
 from solidwhirl.analyses.kinds.critical_speed_map import CriticalSpeedMapSpec
 from solidwhirl.analyses.kinds.nodal_diameters import NodalDiametersSpec
+from solidwhirl.analyses.kinds.nonlinear_response import ClearanceJointSpec, NonlinearResponseSpec
 from solidwhirl.analyses.kinds.run_up import RunUpSpec
 from solidwhirl.analyses.kinds.separation_margins import SeparationMarginsSpec
+from solidwhirl.analyses.kinds.static import StaticSpec
 from solidwhirl.analyses.kinds.stiffness_study import StiffnessStudySpec
 from solidwhirl.analyses.registry import AnalysisSpec
 from solidwhirl.core.errors import unknown
 from solidwhirl.geometry.features import MOST
 from solidwhirl.rotordyn.core.errors import AnalysisError
+from solidwhirl.scene.bearing_physics import AbsoluteLaw
 from solidwhirl.scene.records import Scene
-from solidwhirl.scene_checks.interface_motions import acting_on, is_off_axis
+from solidwhirl.scene_checks.interface_motions import EFFECT_OF, acting_on, is_off_axis
 from solidwhirl.scene_checks.recovery_references import no_common_sector, no_solid, sectors_of
-from solidwhirl.scene_reading.weight import weight_problems
 
 # Keys of analyses by what they name.
-_PLACES = ("at", "observe", "excite", "places", "inputs", "outputs", "drives")
+_PLACES = (
+    *("at", "observe", "excite", "places", "inputs", "outputs", "drives", "applied_at"),
+    "first",
+)
 _BODIES = ("bodies", "body", "excited_by", "shaft", "compare_flexible")
-_BEARINGS = ("bearings", "mount")
+_BEARINGS = ("bearings", "bearing", "journals", "mount")
 # What a run-up must record and step per turn of an unbalance.
 _RECORDS_PER_TURN = 2.5
 _LARGEST_ANGLE_RAD = 1.0
@@ -60,6 +66,8 @@ def _name_problems(scene: Scene, spec: AnalysisSpec, places: list[str]) -> Itera
         kind = _last(key)
         if kind in _PLACES and value not in places:
             yield f"{key}: {unknown('interface', value, places)}"
+        elif kind == "second" and value not in [*places, "ground"]:
+            yield f"{key}: {unknown('interface', value, [*places, 'ground'])}"
         elif kind in _BODIES and value not in bodies:
             yield f"{key}: {unknown('body', value, bodies)}"
         elif kind in _BEARINGS and value not in bearings:
@@ -79,12 +87,44 @@ def _further_problems(scene: Scene, spec: AnalysisSpec) -> Iterator[str]:
         yield from _support_problems(scene, spec)
     if isinstance(spec, RunUpSpec):
         yield from _run_up_problems(scene, spec)
+    if isinstance(spec, StaticSpec):
+        yield from _static_problems(scene, spec)
     if isinstance(spec, NodalDiametersSpec):
         yield from _nodal_problems(scene, spec)
+    if isinstance(spec, NonlinearResponseSpec):
+        yield from _nonlinear_problems(scene, spec)
     if isinstance(spec, AsymmetricResponseSpec):
         yield from _bow_problems(scene, spec)
+    if isinstance(spec, Api617Spec):
+        yield from _api617_problems(scene, spec)
     if isinstance(spec, SeparationMarginsSpec) and not (spec.operating or scene.operating):
         yield "operating: missing; give it here or as [[operating]] of the scene"
+
+
+def _api617_problems(scene: Scene, spec: Api617Spec) -> Iterator[str]:
+    """A shaft or speeds that are not told, and places and journals of other bodies."""
+    missing = spec.missing(scene.operating)
+    if missing is not None:
+        yield missing
+        return
+    shaft = spec.machine(scene.operating, lambda name: abs(scene.speed_ratio(name))).shaft
+    ratios = scene.speed_ratios()
+    own = [name for name, ratio in ratios.items() if ratio == ratios[shaft]]
+    for key, value in _named(spec):
+        if _last(key) in _PLACES and value.partition(".")[0] not in own:
+            yield f"{key}: {value!r} does not turn with {shaft!r}; bodies that do are {own}"
+    holding = {
+        b.name
+        for b in scene.bearings
+        if sum(end.partition(".")[0] in own for end in (b.first, b.second) if end) == 1
+    }
+    for key, value in _named(spec):
+        if _last(key) in ("journals", "bearing") and value not in holding:
+            yield f"{key}: {value!r} does not hold {shaft!r} against anything else"
+    used = [(k, name) for k, source in enumerate(spec.level_2) for name in source.bearings or ()]
+    for k, name in used:
+        if [other for _, other in used].count(name) > 1:
+            yield f"level_2[{k}].bearings: {name!r} stands in more than one group"
 
 
 def _nodal_problems(scene: Scene, spec: NodalDiametersSpec) -> Iterator[str]:
@@ -134,6 +174,27 @@ def _bow_problems(scene: Scene, spec: AsymmetricResponseSpec) -> Iterator[str]:
             )
 
 
+def _nonlinear_problems(scene: Scene, spec: NonlinearResponseSpec) -> Iterator[str]:
+    """Unbalances that turn at several speeds, and friction where nothing slides."""
+
+    def ratio(place: str) -> float:
+        return 0.0 if place == "ground" else scene.speed_ratio(place.partition(".")[0])
+
+    turns = sorted({abs(ratio(u.at)) for u in spec.unbalances})
+    if len(turns) > 1:
+        yield (
+            f"unbalances: they turn at {turns[0]:g} and {turns[-1]:g} times the speed; all must "
+            "turn at one, so that the motion repeats; give each its own nonlinear_response"
+        )
+    for k, joint in enumerate(spec.nonlinear):
+        slides = ratio(joint.first) != ratio(joint.second)
+        if isinstance(joint, ClearanceJointSpec) and joint.friction and not slides:
+            yield (
+                f"nonlinear[{k}].friction: {joint.first!r} and {joint.second!r} turn at one speed; "
+                "friction needs ends that slide on each other"
+            )
+
+
 def _support_problems(
     scene: Scene, spec: CriticalSpeedMapSpec | StiffnessStudySpec
 ) -> Iterator[str]:
@@ -143,19 +204,13 @@ def _support_problems(
         bearing = named[name]
         if {"ux", "uy"} & set(bearing.rigid):
             yield f"bearings[{k}]: {name!r} is rigid in ux or uy; it has no stiffness to vary"
-        elif bearing.speed_law and scene.speed_laws[bearing.speed_law].kind == "table":
+        elif isinstance(spec, StiffnessStudySpec) and isinstance(
+            scene.speed_laws.get(bearing.speed_law or ""), AbsoluteLaw
+        ):
             yield (
                 f"bearings[{k}]: {name!r} has the table {bearing.speed_law!r}, which gives its "
                 "stiffness; name bearings without a table"
             )
-    if isinstance(spec, CriticalSpeedMapSpec):
-        for bearing in scene.bearings:
-            matrix = bearing.stiffness_n_per_m
-            if bearing.name not in spec.bearings and matrix[0][1] != matrix[1][0]:
-                yield (
-                    f": bearing {bearing.name!r} has unequal cross terms of stiffness_n_per_m; a "
-                    "critical speed map is that of an undamped engine with symmetric stiffness"
-                )
 
 
 def _run_up_problems(scene: Scene, spec: RunUpSpec) -> Iterator[str]:
@@ -171,21 +226,41 @@ def _run_up_problems(scene: Scene, spec: RunUpSpec) -> Iterator[str]:
             f"sampling_hz: {spec.sampling_hz:g}, but the fastest unbalance turns at {fastest:.6g} "
             f"Hz; at least {2.0 * np.pi * fastest / _LARGEST_ANGLE_RAD:.6g} is needed"
         )
-    gravity = spec.gravity_m_per_s2
-    if gravity is not None and gravity[2] != 0.0 and not _moves_axially(scene):
-        yield (
-            f"gravity_m_per_s2: {gravity[2]:g} along z, but no body can move along the axis; "
-            "nothing acts on uz or the effect axial is off"
-        )
-    elif gravity is not None:
-        yield from (f"gravity_m_per_s2: {text}" for text in weight_problems(scene, gravity))
-    if spec.compare_flexible and (spec.drives or gravity is not None):
+    yield from _axial_problems(scene, spec.gravity_m_per_s2)
+    if spec.compare_flexible and (spec.drives or spec.gravity_m_per_s2 is not None):
         yield (
             "compare_flexible: models are compared without weight and drives; give "
             "gravity_m_per_s2 and drives in a run_up of their own"
         )
     if spec.drives and scene.effects.torsion == "off":
         yield "drives: they act on rz, and the effect torsion is off"
+
+
+def _static_problems(scene: Scene, spec: StaticSpec) -> Iterator[str]:
+    """Loads along motions that are left out, gears that load nothing, and what falls."""
+    for k, force in enumerate(spec.forces):
+        effects = {EFFECT_OF[m] for m in force.motions if m in EFFECT_OF}
+        for off in sorted(e for e in effects if getattr(scene.effects, e) == "off"):
+            yield f"forces[{k}]: it acts on motions of the effect {off}, which is off"
+    gears = {gear.name: gear for gear in scene.gears}
+    for k, one in enumerate(spec.gears):
+        if one.gear not in gears:
+            yield f"gears[{k}].gear: {unknown('gear', one.gear, list(gears))}"
+        elif gears[one.gear].line_of_action_deg is None:
+            yield (
+                f"gears[{k}].gear: {one.gear!r} has no line_of_action_deg, so that its teeth load "
+                "no bearing; give it, and base_radius_first_m"
+            )
+    yield from _axial_problems(scene, spec.gravity_m_per_s2)
+
+
+def _axial_problems(scene: Scene, gravity: tuple[float, float, float] | None) -> Iterator[str]:
+    """Weight along an axis along which nothing moves."""
+    if gravity is not None and gravity[2] != 0.0 and not _moves_axially(scene):
+        yield (
+            f"gravity_m_per_s2: {gravity[2]:g} along z, but no body can move along the axis; "
+            "nothing acts on uz or the effect axial is off"
+        )
 
 
 def _moves_axially(scene: Scene) -> bool:

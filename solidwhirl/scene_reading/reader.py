@@ -18,6 +18,7 @@ from solidwhirl.model.imported_bodies import with_files_read
 from solidwhirl.scene.meshes import with_digests
 from solidwhirl.scene.records import Scene, without_folders
 from solidwhirl.scene.sweep import sweep_problems
+from solidwhirl.scene_reading.law_files import with_laws_read
 from solidwhirl.scene_reading.paths import place_problems
 from solidwhirl.scene_reading.references import reference_problems
 
@@ -140,6 +141,9 @@ def parse_scene(
         if problems:
             raise SceneError(path, problems)
         scene = scene.model_copy(update={"mesh_bodies": meshes})
+    scene, problems = with_laws_read(scene)
+    if problems:
+        raise SceneError(path, problems)
     problems = reference_problems(scene)
     if scene.sweep is not None:
         problems += [*sweep_problems(scene.sweep), *place_problems(data, scene.sweep)]

@@ -8,10 +8,12 @@ import numpy as np
 
 from solidwhirl.core.errors import repeated, unknown
 from solidwhirl.core.fields import alike_in_files
+from solidwhirl.scene.bearing_physics import AbsoluteLaw, ShortBearingLawSpec
 from solidwhirl.scene.joints import BearingSpec, GearSpec
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.recovery_references import recovery_problems
 from solidwhirl.scene_reading.analysis_checks import analysis_problems
+from solidwhirl.scene_reading.weight import load_problems
 
 # Keys that act on a motion, and its row in them.
 _MOTIONS = {
@@ -41,7 +43,8 @@ def reference_problems(scene: Scene) -> list[str]:
         problems += [f"{where}.{text}" for text in _wound_problems(scene, bearing)]
     for k, gear in enumerate(scene.gears):
         problems += [f"gears[{k}].{text}" for text in _gear_problems(scene, gear, places)]
-    return problems + analysis_problems(scene) + recovery_problems(scene)
+    problems += [*analysis_problems(scene), *recovery_problems(scene)]
+    return problems or load_problems(scene)
 
 
 def _alike_analyses(names: Sequence[str]) -> Iterator[str]:
@@ -83,7 +86,8 @@ def _law_problems(scene: Scene, bearing: BearingSpec) -> Iterator[str]:
         yield f"speed_law: {unknown('speed law', bearing.speed_law, known, none)}"
         return
     own = [np.array(m) for m in (bearing.stiffness_n_per_m, bearing.damping_n_s_per_m)]
-    if scene.speed_laws[bearing.speed_law].kind == "table":
+    law = scene.speed_laws[bearing.speed_law]
+    if isinstance(law, AbsoluteLaw):
         if any(m.any() for m in own):
             yield (
                 f"speed_law: {bearing.speed_law!r} is a table of absolute values; leave out "
@@ -99,6 +103,12 @@ def _law_problems(scene: Scene, bearing: BearingSpec) -> Iterator[str]:
         yield (
             f"first: {body!r} does not turn, and the law takes the speed of the first end; put "
             "the end on the turning body first"
+        )
+    backward = ratios.get(body, 0.0) < 0.0 and bearing.cross_coupling == "with_spin"
+    if isinstance(law, ShortBearingLawSpec) and backward and all(law.load_n):
+        yield (
+            f"speed_law: {body!r} turns backward, and the film {bearing.speed_law!r} is mirrored "
+            "for that, which is right for a load_n along x or y only"
         )
 
 

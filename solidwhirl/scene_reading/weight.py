@@ -1,47 +1,62 @@
-"""Whether something carries the weight of the bodies of a scene, before anything is computed."""
+"""Whether something carries the weight and the loads of a scene, before anything is computed."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from typing import NamedTuple
 
 import numpy as np
 
 from solidwhirl.analyses.kinds.run_up import RunUpSpec
+from solidwhirl.analyses.kinds.static import StaticForceSpec, StaticSpec
 from solidwhirl.geometry import GeometryError, mass_properties
-from solidwhirl.model.bodies import build_bodies
+from solidwhirl.model.bodies import build_bodies, known_material, scene_materials
 from solidwhirl.rotordyn import AnalysisError, AssembledSystem
-from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.arrays import FloatArray, motion_at
 from solidwhirl.rotordyn.modes.free_motions import unsupported_bodies
-from solidwhirl.scene.joints import BearingSpec
+from solidwhirl.rotordyn.superelement.validation import MOTIONS
+from solidwhirl.scene.bearing_physics import AbsoluteLaw
+from solidwhirl.scene.joints import BeamSpec, BearingSpec
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import EFFECT_OF, carried_motions, is_off_axis
 
-# Row of the matrices of a bearing, translation and tilt in each plane.
-_PLANES = {"x": (0, "ux", "ry"), "y": (1, "uy", "rx")}
 # What is smaller than this is rounding.
 _ZERO = 1e-9
+# Stiffness of a bearing across the axis, rows of two.
+Lateral = Callable[[Scene, BearingSpec], FloatArray]
 
 
-def weight_problems(scene: Scene, gravity_m_per_s2: tuple[float, float, float]) -> Iterator[str]:
-    """Yield what carries no weight, one line for each direction x, y, z.
+def load_problems(scene: Scene) -> list[str]:
+    """What carries no weight or no given load: one line each, which begins with the key.
 
-    Bodies are taken as rigid here: nothing else can be free of strain. Imported bodies may be held
-    inside: `refuse_unsupported` looks at them and at bodies of meshes.
+    `scene`: without other problems. Bodies are taken as rigid here: nothing else can be free of
+    strain. Imported bodies may be held inside: `refuse_unsupported` looks at them and at bodies of
+    meshes.
     """
-    for axis, pull in zip("xyz", gravity_m_per_s2, strict=True):
-        free = _free_bodies(scene, axis) if pull else ()
-        if free:
-            yield _problem(free, axis)
+    problems = []
+    for k, spec in enumerate(scene.analyses):
+        if isinstance(spec, RunUpSpec) and spec.gravity_m_per_s2 is not None:
+            free = _free_motions(scene, _at_rest)
+        elif isinstance(spec, StaticSpec):
+            free = _free_motions(scene, _at_any_speed)
+            pushed = free.pushed_by(scene, spec.forces)
+            problems += [f"analyses[{k}].forces: nothing holds {pushed}"] if pushed else []
+        else:
+            continue
+        where = f"analyses[{k}].gravity_m_per_s2"
+        fallen = _weight_problems(scene, spec.gravity_m_per_s2 or (0.0, 0.0, 0.0), free)
+        problems += [f"{where}: {text}" for text in fallen]
+    return problems
 
 
 def refuse_unsupported(scene: Scene, system: AssembledSystem) -> None:
-    """Refuse a run-up under a weight that the assembled system does not carry.
+    """Refuse an analysis under a weight that the assembled system does not carry.
 
     Raises AnalysisError: something falls.
     """
     for at, spec in enumerate(scene.analyses):
-        gravity = spec.gravity_m_per_s2 if isinstance(spec, RunUpSpec) else None
+        gravity = spec.gravity_m_per_s2 if isinstance(spec, RunUpSpec | StaticSpec) else None
         for axis, pull in zip("xyz", np.diag(gravity or (0.0, 0.0, 0.0)), strict=True):
             free = unsupported_bodies(system, pull) if pull.any() else ()
             if free:
@@ -67,66 +82,135 @@ def _turned(system: AssembledSystem, bodies: tuple[str, ...]) -> str:
     )
 
 
-def _free_bodies(scene: Scene, axis: str) -> tuple[str, ...]:
-    """Bodies whose weight does work on a rigid motion that no joint resists."""
-    names = [n for n in _moving(scene, axis) if n not in scene.imported]
-    rows = [_row(scene, names, bearing, kind) for bearing, kind in _holding(scene, axis)]
-    matrix = np.array(rows).reshape(len(rows), 2 * len(names))
-    if axis == "z":  # a body does not tilt along its axis
-        matrix[:, 1::2] = 0.0
-    _, sizes, turned = np.linalg.svd(matrix, full_matrices=True)
-    free = turned[int((sizes > _ZERO * sizes.max(initial=1.0)).sum()) :]
-    arms = _centres(scene) if axis != "z" else {}
-    work = [free[:, 2 * k] + arms.get(n, 0.0) * free[:, 2 * k + 1] for k, n in enumerate(names)]
-    return tuple(
-        n for n, own in zip(names, work, strict=True) if np.abs(own).max(initial=0) > _ZERO
-    )
+class _Free(NamedTuple):
+    """Rigid motions that no joint resists: ux to rz of each body about the origin, (6 b, k)."""
+
+    names: Sequence[str]
+    motions: FloatArray
+
+    def of(self, name: str) -> FloatArray:
+        """Part of one body, (6, k)."""
+        at = 6 * self.names.index(name)
+        return self.motions[at : at + 6]
+
+    def pushed_by(self, scene: Scene, forces: Sequence[StaticForceSpec]) -> str:
+        """What bodies given forces move and how; empty if they are held."""
+        heights, load = _heights(scene), np.zeros(len(self.motions))
+        for force in forces:
+            at = 6 * self.names.index(force.at.partition(".")[0])
+            wrench = np.array([*force.force_n, *force.moment_n_m])
+            load[at : at + 6] += motion_at(np.array([0.0, 0.0, heights[force.at]])).T @ wrench
+        work = load @ self.motions
+        if np.abs(work).max(initial=0.0) <= _ZERO * np.abs(load).max(initial=0.0):
+            return ""
+        falling = (self.motions @ work).reshape(-1, 6)
+        falling[np.abs(falling) <= _ZERO * np.abs(falling).max()] = 0.0
+        return ", ".join(
+            f"{name!r} in {', '.join(m for m, v in zip(MOTIONS, own, strict=True) if v)}"
+            for name, own in zip(self.names, falling, strict=True)
+            if own.any()
+        )
 
 
-def _moving(scene: Scene, axis: str) -> list[str]:
-    """Bodies that can move along an axis at all."""
-    if axis != "z":
-        return list(scene.interface_names())
-    on = {effect for effect in set(EFFECT_OF.values()) if getattr(scene.effects, effect) != "off"}
-    found = {
-        place.partition(".")[0] for place, m in carried_motions(scene, on).items() if "uz" in m
-    }
-    found |= {name for name, body in scene.rigid_bodies.items() if is_off_axis(body)}
-    found |= {name for name, body in scene.mesh_bodies.items() if body.may_have_any_shape}
-    return [name for name in scene.interface_names() if name in found]
-
-
-def _holding(scene: Scene, axis: str) -> Iterator[tuple[BearingSpec, str]]:
-    """Bearings that resist a "motion" along an axis, or a "tilt" in that plane."""
-    for bearing in scene.bearings:
-        if axis == "z":
-            if bearing.axial_stiffness_n_per_m or "uz" in bearing.rigid:
-                yield bearing, "motion"
+def _weight_problems(
+    scene: Scene, gravity_m_per_s2: tuple[float, float, float], free: _Free
+) -> Iterator[str]:
+    centres = _centres(scene)
+    for k, (axis, pull) in enumerate(zip("xyz", gravity_m_per_s2, strict=True)):
+        if not pull:
             continue
-        place, move, turn = _PLANES[axis]
-        if move in bearing.rigid or _stiffness(scene, bearing)[place].any():
-            yield bearing, "motion"
-        if turn in bearing.rigid or np.array(bearing.tilt_stiffness_n_m_per_rad)[1 - place].any():
-            yield bearing, "tilt"
+        works = {
+            name: motion_at(np.array([0.0, 0.0, centres[name]]))[k] @ free.of(name)
+            for name in free.names
+        }
+        fallen = tuple(n for n, own in works.items() if np.abs(own).max(initial=0.0) > _ZERO)
+        if fallen:
+            yield _problem(fallen, axis)
 
 
-def _stiffness(scene: Scene, bearing: BearingSpec) -> FloatArray:
-    """Stiffness where a run begins, at rest."""
-    law = scene.speed_laws.get(bearing.speed_law or "")
-    if law is not None and law.kind == "table":
-        return np.array(law.stiffness_n_per_m[0])
-    return np.array(bearing.stiffness_n_per_m)
+def _free_motions(scene: Scene, lateral: Lateral) -> _Free:
+    """Rigid motions without strain in joints; imported bodies stand still, unturned ones too."""
+    names = list(scene.interface_names())
+    turning = _turning(scene)
+    held = [
+        6 * k + at
+        for k, name in enumerate(names)
+        for at in range(6)
+        if name in scene.imported or (at == MOTIONS.index("rz") and name not in turning)
+    ]
+    rows = [np.eye(6 * len(names))[held]]
+    rows += [_held_by(scene, names, bearing, lateral) for bearing in scene.bearings]
+    rows += [_meshing(scene, names)] if scene.gears else []
+    matrix = np.vstack(rows)
+    _, sizes, turned = np.linalg.svd(matrix, full_matrices=True)
+    rank = int((sizes > _ZERO * sizes.max(initial=1.0)).sum())
+    return _Free(names, turned[rank:].T)
 
 
-def _row(scene: Scene, names: list[str], bearing: BearingSpec, kind: str) -> FloatArray:
-    """Motion between the ends of a bearing over translation and slope of all bodies."""
-    row, heights = np.zeros(2 * len(names)), _heights(scene)
-    for end, way in ((bearing.first, 1.0), (bearing.second, -1.0)):
-        body = end.partition(".")[0]
-        if body in names:
-            own = (0.0, 1.0) if kind == "tilt" else (1.0, heights[end])
-            row[2 * names.index(body) :][:2] += way * np.array(own)
+def _turning(scene: Scene) -> set[str]:
+    """Bodies with torsion."""
+    on = {effect for effect in set(EFFECT_OF.values()) if getattr(scene.effects, effect) != "off"}
+    carried = carried_motions(scene, on).items()
+    found = {place.partition(".")[0] for place, motions in carried if "rz" in motions}
+    return found | {name for name, body in scene.rigid_bodies.items() if is_off_axis(body)}
+
+
+def _held_by(
+    scene: Scene, names: Sequence[str], bearing: BearingSpec, lateral: Lateral
+) -> FloatArray:
+    """What a bearing resists, in rows of unit size."""
+    motion = _seat(scene, names, bearing.first) - _seat(scene, names, bearing.second)
+    tilt = np.array(bearing.tilt_stiffness_n_m_per_rad)
+    rows = [
+        motion[[MOTIONS.index(m) for m in bearing.rigid]],
+        lateral(scene, bearing) @ motion[:2],
+        tilt @ motion[3:5],
+        bearing.axial_stiffness_n_per_m * motion[2:3],
+        bearing.torsion_stiffness_n_m_per_rad * motion[5:6],
+    ]
+    every = np.vstack(rows)
+    sizes = np.linalg.norm(every, axis=1, keepdims=True)
+    return np.divide(every, sizes, out=np.zeros_like(every), where=sizes > 0.0)
+
+
+def _seat(scene: Scene, names: Sequence[str], end: str) -> FloatArray:
+    """Motion of an interface over that of all bodies, (6, 6 b); the ground has none."""
+    row, body = np.zeros((6, 6 * len(names))), end.partition(".")[0]
+    if body in names:
+        at = 6 * names.index(body)
+        row[:, at : at + 6] = motion_at(np.array([0.0, 0.0, _heights(scene)[end]]))
     return row
+
+
+def _meshing(scene: Scene, names: Sequence[str]) -> FloatArray:
+    """Motion of teeth, a row for each gear."""
+    rows = []
+    for gear in scene.gears:
+        first, second = (_seat(scene, names, end) for end in (gear.first, gear.second))
+        radius = gear.base_radius_first_m or 1.0
+        row = radius * (first[5] - second[5] / gear.ratio)
+        if gear.line_of_action_deg is not None:
+            angle = np.radians(gear.line_of_action_deg)
+            row = row + np.array([np.cos(angle), np.sin(angle)]) @ (first - second)[:2]
+        rows.append(row)
+    return np.array(rows)
+
+
+def _at_rest(scene: Scene, bearing: BearingSpec) -> FloatArray:
+    """Stiffness where a run begins."""
+    return _tabled(scene, bearing)[:2]
+
+
+def _at_any_speed(scene: Scene, bearing: BearingSpec) -> FloatArray:
+    """Stiffness at all speeds of a table, one below the other."""
+    return _tabled(scene, bearing)
+
+
+def _tabled(scene: Scene, bearing: BearingSpec) -> FloatArray:
+    law = scene.speed_laws.get(bearing.speed_law or "")
+    if isinstance(law, AbsoluteLaw):
+        return law.table().stiffness_n_per_m.reshape(-1, 2)
+    return np.array(bearing.stiffness_n_per_m)
 
 
 def _heights(scene: Scene) -> Mapping[str, float]:
@@ -155,7 +239,21 @@ def _centres(scene: Scene) -> Mapping[str, float]:
         own = [heights[end] for end in ends if end.partition(".")[0] == name]
         found[name] = sum(own) / len(own) if own else 0.0
     found |= {n: b.center_of_gravity_m[2] for n, b in scene.rigid_bodies.items()}
-    with suppress(GeometryError):  # told where bodies are built
+    with suppress(GeometryError, ZeroDivisionError):  # told where bodies are built
+        found |= {n: _beam_centre(scene, n, beam) for n, beam in scene.beams.items()}
         bodies = build_bodies(scene)
         found |= {n: mass_properties(b).center_of_gravity_m[2] for n, b in bodies.items()}
     return found
+
+
+def _beam_centre(scene: Scene, name: str, beam: BeamSpec) -> float:
+    """Centre of gravity of a beam with its disks along the axis, m."""
+    material = known_material(scene_materials(scene), beam.material, f"beams.{name}")
+    ends, outer, inner = (
+        np.array(values) for values in (beam.stations_m, beam.outer_radius_m, beam.inner_radius_m)
+    )
+    areas = np.pi * np.broadcast_to(outer**2 - inner**2, ends.size - 1)
+    masses = [*(material.density_kg_per_m3 * areas * np.diff(ends))]
+    masses += [d.mass_kg for d in beam.disks]
+    places = [*(0.5 * (ends[1:] + ends[:-1])), *(d.at_m for d in beam.disks)]
+    return float(np.average(places, weights=masses))

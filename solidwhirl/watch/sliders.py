@@ -160,7 +160,7 @@ def _of_speeds(operating: Sequence[Mapping[str, Any]]) -> Iterator[Slider]:
 
 def _has_table(data: Mapping[str, Any], bearing: Mapping[str, Any]) -> bool:
     law = data.get("speed_laws", {}).get(bearing.get("speed_law"), {})
-    return bool(law.get("kind") == "table")
+    return bool(law.get("kind", "preset") not in ("polynomial", "preset"))
 
 
 def _fixed(data: Mapping[str, Any]) -> Iterator[tuple[str, str]]:

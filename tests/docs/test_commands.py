@@ -81,7 +81,7 @@ def follow(page, folder, wanted):
     return count
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/tutorial.md"])
+@pytest.mark.parametrize("page", FOLLOWED)
 def test_cheap_commands_of_a_page(page, tmp_path):
     assert follow(page, tmp_path, {"test"}) > 0
 

@@ -113,6 +113,7 @@ NOT_RUN = {
     "make study": DRY,
     ".venv/bin/solidwhirl study scenes/reference_solid.toml": DRY,
     ".venv/bin/solidwhirl study scenes/bladed_disk.toml": DRY,
+    "solidwhirl bearing --from-ross ": "needs ROSS; tests/verify/test_maker_tables.py runs it",
     "sbatch sweep.sh": "needs Slurm;"
     " tests/program/batch/test_batch.py runs such a script without it",
 }

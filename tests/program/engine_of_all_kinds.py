@@ -93,5 +93,21 @@ observe = ["lp.m"]
 unbalances = [{ at = "lp.m", moment_kg_m = 1e-5 }]
 compare_flexible = [["lp"], []]
 bands_hz = [[10.0, 90.0]]
+[static]  # the engine hangs on one mount: weight would turn it
+speeds_rpm = [0.0, 6000.0]
+gravity_m_per_s2 = [0.0, 0.0, 0.0]
+forces = [{ at = "casing.a", force_n = [50.0, -20.0, 0.0] }]
+[api617]
+shaft = "lp"
+minimum_speed_rpm = 3000.0
+maximum_continuous_rpm = 5000.0
+probes = [{ at = "lp.a", angle_deg = [0.0, 90.0] }]
+clearances = [
+  { at = "lp.m", diametral_m = 3e-4 },
+  { at = "lp.b", diametral_m = 3e-4, floating_ring = true },
+]
+stages = [{ at = "lp.m", power_w = 1e5, diameter_m = 0.4, height_m = 0.02, density_ratio = 1.2 }]
+level_2 = [{ name = "seal", cross_couplings = [{ at = "lp.m", stiffness_n_per_m = 1e4 }] }]
+overhangs = [{ bearing = "B", mass_kg = 2.0 }]
 """)
 ENGINE["analyses"] = [{"kind": kind, **analysis} for kind, analysis in KINDS.items()]

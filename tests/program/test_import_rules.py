@@ -119,6 +119,17 @@ def test_what_is_imported_is_what_is_needed(root, tmp_path):
     assert printed.startswith("False\n") and "stress_stiffening" in printed
 
 
+def test_a_plan_of_a_given_level_loads_nothing_that_computes_or_draws(root, tmp_path):
+    unneeded = ("matplotlib", "plotly", "pyvista", "scipy.optimize", "scipy.spatial", "scipy.io")
+    program = (
+        "import sys\nimport solidwhirl.cli\nasked = ['--level', 'harmonic', '--json']\n"
+        f"scene = {str(root / 'scenes' / 'ferraris.toml')!r}\n"
+        "solidwhirl.cli.app(['plan', scene, *asked], standalone_mode=False)\n"
+        f"print([name for name in {unneeded!r} if name in sys.modules])\n"
+    )
+    assert printed_by(program, tmp_path).splitlines()[-1] == "[]"
+
+
 def test_only_compat_uses_names_that_differ_between_versions(root):
     found = {path.name: versioned(path) for path in sources(root, "reduction") if versioned(path)}
     assert set(found) == {"compat.py"}, found

@@ -53,7 +53,16 @@ def elements(shaft, material):
 
 
 def bearing_element(bearing):
-    """Bearing between a node and the ground or another node, with factors over the speed if any."""
+    """Bearing between a node and the ground or another node.
+
+    With factors over the speed if any; or a table over it, or the short bearing's film.
+    """
+    if "table" in bearing:
+        table = {**bearing["table"], "frequency": bearing["speeds_rad_s"]}
+        return ross.BearingElement(n=bearing["node"], **table)
+    if "film" in bearing:
+        film = {**bearing["film"], "speed": np.array(bearing["speeds_rad_s"])}
+        return ross.CylindricalBearing(n=bearing["node"], **film)
     names = [letter + ends for letter in "kc" for ends in ("xx", "xy", "yx", "yy")]
     values = dict(zip(names, np.ravel([bearing["stiffness"], bearing["damping"]]), strict=True))
     if "speeds_rad_s" in bearing:

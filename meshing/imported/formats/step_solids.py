@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import gmsh
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.imported.records import MeshRequest, axis_turn
@@ -253,7 +253,8 @@ def _frame(request: MeshRequest) -> FloatArray:
 
 def _put_on_axis(entity: Entity, request: MeshRequest, angle: float) -> None:
     """Take what was drawn along z to the axis, turned about it."""
-    turn = Rotation.from_matrix(axis_turn(request).T) * Rotation.from_rotvec([0.0, 0.0, angle])
+    rotation = scipy.spatial.transform.Rotation
+    turn = rotation.from_matrix(axis_turn(request).T) * rotation.from_rotvec([0.0, 0.0, angle])
     # affineTransform would make splines of planes and cylinders
     if turn.magnitude() > 0.0:
         gmsh.model.occ.rotate([entity], 0, 0, 0, *turn.as_rotvec(), turn.magnitude())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import gmsh
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from solidwhirl.geometry import (
     Blade,
@@ -139,7 +139,7 @@ def _own_frame(feature: Hole | Recess, points: FloatArray, cut: Cut) -> FloatArr
     """Points turned to the frame of the nearest of the equal features, whose middle is at θ = 0."""
     middles = places_rad(feature, cut.angle_rad)
     angle = np.arctan2(points[:, 1], points[:, 0])
-    near = cKDTree(_unit_vectors(middles)).query(_unit_vectors(angle))[1]
+    near = scipy.spatial.cKDTree(_unit_vectors(middles)).query(_unit_vectors(angle))[1]
     angle = angle - middles[near]
     r = np.hypot(points[:, 0], points[:, 1])
     return np.column_stack([r * np.cos(angle), r * np.sin(angle), points[:, 2]])

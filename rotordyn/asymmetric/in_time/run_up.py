@@ -26,6 +26,7 @@ from solidwhirl.rotordyn.asymmetric.periodic import Harmonics
 from solidwhirl.rotordyn.asymmetric.response import held_where_free, steady_motion
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
+from solidwhirl.rotordyn.response.static import static_equilibrium
 from solidwhirl.rotordyn.response.unbalance import Unbalance
 from solidwhirl.rotordyn.run_up.blocks import profile_pieces
 from solidwhirl.rotordyn.run_up.integration import (
@@ -35,7 +36,6 @@ from solidwhirl.rotordyn.run_up.integration import (
     shortened,
     speed_limit_notes,
 )
-from solidwhirl.rotordyn.run_up.loads import static_equilibrium
 from solidwhirl.rotordyn.run_up.record import MotionState, RunUp
 from solidwhirl.rotordyn.run_up.recorder import (
     EnergySums,

@@ -6,8 +6,7 @@ import io
 from pathlib import Path
 
 import numpy as np
-import scipy.io
-import scipy.sparse as sp
+import scipy
 
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.atomic import replacing
@@ -56,7 +55,7 @@ def write_matrix_market(
         with replacing(path / names[role]) as temporary, temporary.open("wb") as file:
             scipy.io.mmwrite(
                 file,
-                sp.coo_matrix(matrix),
+                scipy.sparse.coo_matrix(matrix),
                 comment=comment,
                 field="real",
                 precision=_DIGITS,
@@ -115,7 +114,7 @@ def read_matrix(path: Path) -> FloatArray:
             raise SuperelementError(f"{path}: has {entries} entries in {rows} by {columns}")
         if kinds[2] != "general" and rows != columns:
             raise SuperelementError(f"{path}: {rows} by {columns} is not square, but {kinds[2]}")
-        read = sp.coo_matrix(scipy.io.mmread(io.BytesIO(content)))
+        read = scipy.sparse.coo_matrix(scipy.io.mmread(io.BytesIO(content)))
     except SuperelementError:
         raise
     except (ValueError, LookupError, ArithmeticError, TypeError, MemoryError) as error:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -13,10 +13,21 @@ from solidwhirl.analyses.work import EngineSize, Work
 from solidwhirl.core.blocks import AnalysisBlock, numbers
 from solidwhirl.core.fields import Count, Name, Positive
 from solidwhirl.core.outcome import Outcome
+from solidwhirl.rotordyn.assembly.bearing_laws import PolynomialLaw
+from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
 from solidwhirl.rotordyn.critical_speeds.map import critical_speed_map, stiffness_at_rest
+from solidwhirl.rotordyn.critical_speeds.map_supports import support_stiffness
 from solidwhirl.rotordyn.plots.chart import Chart
 from solidwhirl.rotordyn.plots.maps import MapCurves, map_chart
+
+# Speeds at which the stiffness of bearings is drawn, and what of it.
+_SUPPORT_SPEEDS, _SPEED = 101, "shaft_speed_rpm"
+_SUPPORTS = (
+    ("kxx", "kxx_n_per_m"),
+    ("kyy", "kyy_n_per_m"),
+    ("effective stiffness", "effective_n_per_m"),
+)
 
 
 class CriticalSpeedMapSpec(base.Stiffnesses):
@@ -74,9 +85,32 @@ class CriticalSpeedMapSpec(base.Stiffnesses):
                 "free_rpm": (found.free_rad_s * RPM_PER_RAD_S).tolist(),
                 "rigid_rpm": (found.rigid_rad_s * RPM_PER_RAD_S).tolist(),
                 "operating_speed_rpm": self.operating_speed_rpm,
+                "supports": self._supports(engine, ratio),
             },
             headline=f"{len(found.speed_rad_s)} branches over {self.stiffness_count} stiffnesses",
         )
+
+    def _supports(self, engine: base.Engine, ratio: float) -> list[dict[str, Any]]:
+        """The stiffness over the speed of bearings whose law the map replaces, alike ones once."""
+        laws = {joint.bearing: (joint.law, joint.speed_ratio) for joint in engine.system.law_joints}
+        rpm = np.linspace(0.0, self.search_to_rpm, _SUPPORT_SPEEDS)
+        alike: dict[tuple[int, float], list[str]] = {}
+        for name in self.bearings:
+            if name in laws and not isinstance(laws[name][0], PolynomialLaw):
+                alike.setdefault((id(laws[name][0]), laws[name][1]), []).append(name)
+        out = []
+        for names in alike.values():
+            found = support_stiffness(engine.system, names[0], rpm * RAD_S_PER_RPM / ratio, ratio)
+            out.append(
+                {
+                    "bearings": names,
+                    "shaft_speed_rpm": rpm.tolist(),
+                    "kxx_n_per_m": found.kxx_n_per_m.tolist(),
+                    "kyy_n_per_m": found.kyy_n_per_m.tolist(),
+                    "effective_n_per_m": found.effective_n_per_m.tolist(),
+                }
+            )
+        return out
 
     def pictures(self, found: base.Found) -> Mapping[str, base.Charts]:
         """The map, if it has a branch."""
@@ -99,15 +133,30 @@ class CriticalSpeedMapSpec(base.Stiffnesses):
             whirl=document["whirl"],
             free_rpm=numbers(document["free_rpm"]) * ratio,
             rigid_rpm=numbers(document["rigid_rpm"]) * ratio,
-            chosen=_chosen(found.engine, self.bearings),
+            chosen=_chosen(found.engine, self.bearings, document["supports"]),
+            supports=_support_curves(document["supports"]),
         )
         return map_chart(curves, {} if rpm is None else {self.excited_by: rpm}, self.excited_by)
 
 
-def _chosen(engine: base.Engine, names: Sequence[str]) -> dict[float, str]:
-    """The bearings by the stiffness that they have, N/m."""
+def _support_curves(
+    supports: Sequence[Mapping[str, Any]],
+) -> list[tuple[str, FloatArray, FloatArray]]:
+    """Name, stiffness and speed of each curve."""
+    return [
+        (f"{text} of {', '.join(own['bearings'])}", numbers(own[key]), numbers(own[_SPEED]))
+        for own in supports
+        for text, key in _SUPPORTS
+    ]
+
+
+def _chosen(
+    engine: base.Engine, names: Sequence[str], supports: Sequence[Mapping[str, Any]]
+) -> dict[float, str]:
+    """The bearings by the stiffness that they have, N/m, but those with curves of their own."""
     places: dict[float, list[str]] = {}
-    for name in names:
+    drawn = {name for own in supports for name in own["bearings"]}
+    for name in (name for name in names if name not in drawn):
         pair = stiffness_at_rest(engine.system, name)
         marks = ("", "") if pair[0] == pair[1] else (" (x)", " (y)")
         for value, mark in zip(pair.tolist(), marks, strict=True):

@@ -238,6 +238,14 @@ window.solidwhirl = (() => {
     select.addEventListener("change", () => { remember(select.value); setTheme(select.value); restyle(); });
     dark.addEventListener("change", () => { if (select.value === "auto") { setTheme("auto"); restyle(); } });
     document.getElementById("print").addEventListener("click", () => window.print());
+    for (const button of document.querySelectorAll("button[data-print]")) {
+      button.addEventListener("click", () => {
+        const part = document.getElementById(button.dataset.print);
+        part.classList.add("printed");
+        root.classList.add("in-part");
+        window.print();
+      });
+    }
     if (window.innerWidth < 960) document.getElementById("contents").open = false;
 
     followContents();
@@ -281,7 +289,8 @@ window.solidwhirl = (() => {
       hosts.forEach((host) => viewerOnce(host).theme?.(readTheme()));
     });
     window.addEventListener("afterprint", () => {
-      root.classList.remove("printing");
+      root.classList.remove("printing", "in-part");
+      document.querySelector("section.printed")?.classList.remove("printed");
       setTheme(select.value);
       restyle();
     });

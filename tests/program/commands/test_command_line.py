@@ -170,6 +170,8 @@ QUICK = ("init", "check", "geometry", "export", "formats", "schema", "plan", "ve
 LONG = ("doctor", "run", "batch batch-pictures", "study", "identify", "pictures")
 # What serves until it is ended: tests/program/watch.
 SERVING = ("watch",)
+# On files of the reader's own: tests/program/bearing_tables, and docs/howto.md.
+OWN_FILES = ("bearing",)
 # The example whose folder those of `check` and `export` read.
 BEAM_RUN = "solidwhirl run scenes/laval.toml --out out/laval --level beam --pictures"
 
@@ -210,7 +212,7 @@ def test_long_examples_run(tmp_path, root, name):
 
 
 def test_all_examples_are_run():
-    assert sorted([*QUICK, *" ".join(LONG).split(), *SERVING]) == sorted(COMMANDS)
+    assert sorted([*QUICK, *" ".join(LONG).split(), *SERVING, *OWN_FILES]) == sorted(COMMANDS)
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ import pytest
 
 from solidwhirl.build import beam, bearing, disk, scene, unbalance, with_changes
 from solidwhirl.core.errors import SceneError
-from solidwhirl.model.balance_grades import permissible_unbalance_kg_m, with_moments
+from solidwhirl.model.balance_grades import with_moments
 from solidwhirl.pipeline.run import run_scene
 from solidwhirl.scene_reading.reader import scene_hash
 
@@ -34,13 +34,6 @@ def small(*unbalances):
             }
         ],
     )
-
-
-def test_formula_of_balancing_shops():
-    """U [g mm] = 9549 G [mm/s] m [kg] / n [rpm], whose constant has four digits."""
-    for mass, grade, rpm in ((3600.0, 2.5, 3000.0), (0.2, 6.3, 42000.0)):
-        moment = permissible_unbalance_kg_m(mass, grade, rpm)
-        assert moment * 1e6 == pytest.approx(9549.0 * grade * mass / rpm, rel=1e-4)
 
 
 def test_a_grade_is_its_moment():

@@ -45,6 +45,8 @@ FILES = {
     + [f"_{t}.png" for t in ("spectrogram", "waterfall", "response", "complexity")],
     "state_space": [".h5", ".npz", ".mat"],
     "bearing_laws": ["_A.png", "_C.png"],
+    "static": ["_0rpm.png", "_6000rpm.png"],
+    "api617": [".png", "_stability.png"],
 }
 # lengths of what keys hold; none where that is a number, or of any length
 SHAPES = tomllib.loads("""
@@ -57,9 +59,11 @@ stiffness_study = { stiffness_n_per_m = [3], frequency_hz = [31], amplitude_m = 
     highest_m = [3, 31] }
 rotating_campbell = { speed_rpm = [3], bodies = [2] }
 mode_shapes = { speeds = [1] }
+api617 = { journals = [2], assumptions = [], overhung_kg = [2] }
 separation_margins = { operating = [1], margins = [] }
 bearing_laws = { bearings = [2], notes = [] }
 run_up = { largest_mount_force_n = [], force_spectrum_peaks = [], energy = [5] }
+static = { speeds = [2], forces = [1], gears = [], notes = [] }
 state_space = { inputs = [5], outputs = [15], speed_rpm = [], files = [3] }
 stability = { speed_rpm = [5], smallest_log_decrement = [5], growing_motions = [5], threshold = [] }
 """)
@@ -76,14 +80,21 @@ def document(folder):
     return results_in(folder)
 
 
-UNITS = ("_m", "_m_per_s", "_hz", "_rpm", "_n", "_deg", "_kg_m", "_s", "_per_s", "_j")
+UNITS = (
+    *("_m", "_m_per_s", "_hz", "_rpm", "_n", "_deg", "_kg_m", "_s", "_per_s", "_j", "_kg"),
+    *("_n_per_m", "_kg_per_m3", "_mm_per_s", "_m_per_s2", "_rad"),
+)
 PURE = """
     amplification amplification_factor frequency_ratio speed_ratio orders share mirrored margin
     share_of_kinetic_energy kinetic_energy strain_energy_of_bodies strain_energy_of_joints
     interface_deflection required required_api_617 branch checks
     log_decrement smallest_log_decrement growing_motions
-    largest_relative_residual states steps steps_per_frozen_speed_at_most force_per_force
+    largest_relative_residual relative_residual states steps steps_per_frozen_speed_at_most
+    force_per_force
     frequency_error_estimate amplitude_error_estimate sampling_error_estimate error_parts
+    to_spare value limit margin required_margin error_estimate height_error_estimate
+    speed_error_estimate scale_factor times_expected critical_speed_ratio applied_at
+    log_decrement_at_expected worst_to_spare
     coordinates peak_force_error response_error_by_band choice_is_at_the_end_of_the_range
 """
 

@@ -41,7 +41,7 @@ speed_laws.table.speed_rpm = [0] | speed_rpm | at least 2 items | found [0]
 speed_laws.table.speed_rpm = [5, 5] | speed_laws.table | speed_rpm must be increasing
 speed_laws.table.speed_rpm = [-5, 5] | speed_rpm[0] | greater than or equal to 0 | found -5
 speed_laws.table.interpolation = "cubic" | 'linear' or 'monotone' | found 'cubic'
-speed_laws.rising.kind = "spline" | speed_laws.rising | 'spline' | 'polynomial', 'table', 'preset'
+speed_laws.rising.kind = "spline" | speed_laws.rising | 'spline' | 'polynomial', 'table'
 speed_laws.printed.preset = "lee" | preset | 'lee_isotropic' or 'lee_anisotropic' | found 'lee'
 beams.lp.stations_m = [0, 1, 0.5] | beams.lp: stations_m must be increasing
 beams.lp.outer_radius_m = [1, 1, 1] | beams.lp: outer_radius_m has 3 values; 1 or 2, one per sec
@@ -103,7 +103,6 @@ run_up: hold_s = 0.20001 | analyses[0] | hold_s * sampling_hz is 1000.05 | a who
 run_up: record_hz = 10 | analyses[0].record_hz: 10, but | at least 2.5 records per turn are needed
 run_up: record_hz = 3000 | analyses[0] | is 1.66666667 and must be whole; the nearest record_hz are
 separation_margins: operating.0.shaft = "casing" | analyses[0].operating[0].shaft | does not turn
-critical_speed_map: bearings = ["C"] | analyses[0].bearings[0]: 'C' has the table 'table', which
 place_map: places = ["casing.a"] | analyses[0].places[0]: 'casing' does not turn; an unbalance needs
 place_map: frequency_count = 2 | analyses[0].frequency_count | greater than or equal to 3 | found 2
 state_space: from_rpm = 7000 | analyses[0]: to_rpm = 6000 is not above from_rpm = 7000

@@ -126,6 +126,7 @@ FASTER = {
     # the search goes up to a speed of the shaft itself
     "critical_speed_map": ({"excited_by": "hp", "search_to_rpm": 18e3}, 12e3),
     "separation_margins": ({"search_factor": 2.0}, 12e3),
+    "api617": ({"range_factor": 2.0, "maximum_continuous_rpm": 6e3}, 12e3),
 }
 
 

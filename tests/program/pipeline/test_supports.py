@@ -10,11 +10,12 @@ from solidwhirl.build import beam, body, cylinder
 from solidwhirl.cli import app
 from solidwhirl.core.errors import SceneError
 from solidwhirl.model.system_parts import engine_of, simple_elements
-from solidwhirl.pipeline.run import make_plan, run_scene
+from solidwhirl.pipeline.run import make_plan
 from solidwhirl.plausibility.supports import support_doubts
 from solidwhirl.rotordyn import AnalysisError
 from solidwhirl.rotordyn.modes.free_motions import free_lateral_motions, unsupported_bodies
 from solidwhirl.scene_reading.reader import parse_scene
+from solidwhirl.scene_reading.weight import refuse_unsupported
 
 SHAFT = beam([0.0, 0.2, 0.4], 0.02, {"a": 0.0, "m": 0.2, "b": 0.4})
 CASING = {
@@ -197,10 +198,14 @@ def under_gravity(**more):
 
 
 def test_a_shaft_on_one_bearing_is_refused_under_its_weight():
-    """A body of sections before it is meshed, others before anything is computed with them."""
+    """Bodies of sections and beams before they are made, others before they are computed with."""
     aside, balanced = (body(cylinder("c", 0.0, 0.4, 0.02), interfaces={"a": z}) for z in (0.1, 0.2))
     with pytest.raises(SceneError, match="no bearing carries the weight of 's' along y"):
         parse_scene(under_gravity(bodies={"s": aside}))
     parse_scene(under_gravity(bodies={"s": balanced}))
+    with pytest.raises(SceneError, match="no bearing carries the weight of 's' along y"):
+        parse_scene(under_gravity(beams={"s": SHAFT}))
+    held = parse_scene(under_gravity(beams={"s": SHAFT | {"interfaces": {"a": 0.2}}}))
+    falling = assembled([bearing("A", "s.a")], s={})
     with pytest.raises(AnalysisError, match=r"analyses\[0\].gravity.*: no bearing .* 's' along y"):
-        run_scene(parse_scene(under_gravity(beams={"s": SHAFT})))
+        refuse_unsupported(held, falling)

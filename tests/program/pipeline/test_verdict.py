@@ -151,7 +151,8 @@ def test_a_stable_rotor_alarms_of_nothing():
 def test_the_limit_of_a_standard_is_that_of_scenes_that_chose_it(chosen, limit):
     asked = [RESPONSE, {**MARGINS, **chosen}]
     document = verdict(1e6, 500.0, asked, operating=OPERATING)
-    assert document["verdict"]["vibration"][0]["api617_limit_um"] == limit
+    found = document["verdict"]["vibration"][0]["api617_limit_um"]
+    assert found == (limit and pytest.approx(limit, rel=1e-14))
     said = next(a.text for a in answers(document) if a.about == "Vibration")
     assert ("API 617" in said) is (limit is not None)
 
@@ -245,7 +246,7 @@ def test_margins_are_judged_by_the_whirl_that_unbalance_excites():
     (forward,) = [m for m in found["margins"] if m["excited"]]
     assert forward["whirl"] == "forward"
     assert forward["amplification_factor"] is None
-    assert 0.05 < -forward["margin"] < 0.17 == forward["required"]
+    assert 0.05 < -forward["margin"] < 0.16 == forward["required"]
     assert found["verdict"]["passed"] is False
     assert found["verdict"]["worst"]["whirl"] == "forward"
     plain = document["analyses"]["plain"]

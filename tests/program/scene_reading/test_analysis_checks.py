@@ -26,6 +26,19 @@ COMPARED = {"bands_hz": [[1, 9]]}
 CASES = [
     ("separation_margins", {"operating": [{"shaft": "casing", "from_rpm": 1, "to_rpm": 2}]},
      "analyses[0].operating[0].shaft: 'casing' does not turn"),
+    ("api617", {"shaft": None}, "analyses[0].shaft: missing; [[operating]] has no shaft"),
+    ("api617", {"trip_rpm": 4e3}, "trip_rpm = 4000 is below maximum_continuous_rpm = 5000"),
+    ("api617", {"minimum_speed_rpm": None},
+     "analyses[0].minimum_speed_rpm: missing; give it here or as [[operating]]"),
+    ("api617", {"probes": [{"at": "hp.a"}]},
+     "analyses[0].probes[0].at: 'hp.a' does not turn with 'lp'; bodies that do are ['lp']"),
+    ("api617", {"journals": ["A", "mount"]},
+     "analyses[0].journals[1]: 'mount' does not hold 'lp' against anything else"),
+    ("api617", {"level_2": [{"name": n, "bearings": ["B"]} for n in "ab"]},
+     "analyses[0].level_2[0].bearings: 'B' stands in more than one group"),
+    ("api617", {"level_2": [{"name": "a"}]}, "level_2[0]: names nothing"),
+    ("api617", {"stages": [{"at": "lp.m", "power_w": 1e5, "diameter_m": 0.4, "height_m": 0.02}]},
+     "a radial stage needs density_ratio"),
     ("place_map", {"places": ["lp.m", "casing.a"]},
      "analyses[0].places[1]: 'casing' does not turn"),
     ("rotating_campbell", {"bodies": ["casing"]},
@@ -55,8 +68,6 @@ CASES = [
     ("waterfall", {"speed_count": 2000, "frequency_count": 2000},
      "analyses[0]: speed_count x frequency_count"),
     ("stiffness_study", {"bearings": ["C"]}, "analyses[0].bearings[0]: 'C' has the table 'table'"),
-    ("critical_speed_map", {"bearings": ["C"]},
-     "analyses[0].bearings[0]: 'C' has the table 'table'"),
     ("mode_shapes", {"speeds_rpm": [9.0, 9.0]},
      "analyses[0]: mode_shapes_9rpm.png would be written twice"),
 ]  # fmt: skip
@@ -79,12 +90,6 @@ def test_bearing_without_a_stiffness_to_vary(kind):
     data = engine(analysis(kind))
     data["bearings"][1] = {"name": "B", "first": "lp.b", "second": "casing.b", "rigid": ["ux"]}
     assert "analyses[0].bearings[0]: 'B' is rigid in ux or uy" in refusal(data)
-
-
-def test_critical_speed_map_with_cross_terms():
-    data = engine(analysis("critical_speed_map"))
-    data["bearings"][3]["stiffness_n_per_m"] = [[1e7, 1e6], [-1e6, 1e7]]
-    assert "analyses[0]: bearing 'D' has unequal cross terms" in refusal(data)
 
 
 def test_law_takes_the_speed_of_a_body_that_turns():

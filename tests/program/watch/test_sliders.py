@@ -62,6 +62,8 @@ def test_tables_and_rigid_motions_are_told_as_text():
         ("Bearing a", "stiffness and damping by the table oil over the speed"),
         ("Bearing a", "rigid: uz"),
     )
+    from_file = {"oil": {"kind": "file", "file": "oil.csv"}}
+    assert controls_of({**data, "speed_laws": from_file}).fixed == controls.fixed
     data = {**data, "speed_laws": {"oil": {"kind": "preset", "preset": "lee_isotropic"}}}
     assert ("Bearing a", "times the law oil over the speed") in controls_of(data).fixed
     assert "bearings.0.stiffness_n_per_m.0" in _named(data)

@@ -16,34 +16,9 @@ from solidwhirl.rotordyn.response.separation_margins import (
     OperatingRange,
     Resonance,
     margin_verdict,
-    required_margin_api_617,
     resonances_of_modes,
     separation_margins,
 )
-
-
-@pytest.mark.parametrize(
-    ("factor", "below", "above"),
-    [
-        # 17 (1 − 1/(AF − 1.5)): AF 2.5 → 0, 3.5 → 8.5, 11.5 → 15.3, ∞ → 17 per cent.
-        (2.49, 0.0, 0.0),
-        (2.5, 0.0, 0.10),
-        (3.5, 0.085, 0.185),
-        (11.5, 0.153, 0.253),
-        (np.inf, 0.17, 0.27),
-    ],
-)
-def test_required_margin_by_hand(factor, below, above):
-    assert required_margin_api_617(factor, "below") == pytest.approx(below, abs=1e-15)
-    assert required_margin_api_617(factor, "above") == pytest.approx(above, abs=1e-15)
-
-
-def test_no_margin_is_enough_inside_or_when_unstable():
-    assert required_margin_api_617(2.0, "inside") == 0.0
-    assert required_margin_api_617(5.0, "inside") == np.inf
-    assert required_margin_api_617(-50.0, "below") == np.inf
-    with pytest.raises(AnalysisError, match="position is 'under'"):
-        required_margin_api_617(5.0, "under")
 
 
 @pytest.mark.parametrize("damping_ratio", [1e-3, 0.05, 0.2])

@@ -1,0 +1,287 @@
+"""Ball bearings: what the balls do to the inner ring at a given motion of it.
+
+Load distribution of ISO/TS 16281 with point contacts of Hertz at both races. At speed the balls are
+pressed outward: every ball finds its own place between the grooves, and the contact angles at the
+two races differ (Jones 1960; Harris and Kotzalas 2006, Advanced Concepts, chapter 3, without the
+gyroscopic moment).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from solidwhirl.rotordyn.bearings.hertz import BEARING_STEEL, Elastic, PointContact, point_contact
+from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.errors import AnalysisError
+
+# Newton steps and halvings of one, of which a few are used.
+_STEPS, _HALVINGS = 60, 30
+# Forces on a ball balance to this fraction of them.
+_BALANCED = 1e-12
+
+
+class ElementForces(NamedTuple):
+    """What the rolling elements do at a motion (ux, uy, uz, rx, ry) of the inner ring.
+
+    `force`: needed to hold the ring there, N and N m, shape (5,); `stiffness`: its derivative,
+    shape (5, 5); `inner_load_n`, `outer_load_n`: on the two races per element, shape (Z,);
+    `inner_angle_rad`, `outer_angle_rad`: contact angles, shape (Z,).
+    """
+
+    force: FloatArray
+    stiffness: FloatArray
+    inner_load_n: FloatArray
+    outer_load_n: FloatArray
+    inner_angle_rad: FloatArray
+    outer_angle_rad: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class BallBearing:
+    """A ball bearing with a rotating inner ring: angular contact, or deep groove with a clearance.
+
+    `inner_groove`, `outer_groove`: groove radii over the ball diameter, above 0.5;
+    `contact_angle_rad`: of an angular contact bearing without load, carrying axial load on the
+    inner ring towards +z only; 0 for a deep groove; `radial_clearance_m`: of a deep groove, the
+    play across, negative with interference. The first ball lies at +x. Raises AnalysisError, all
+    faults at once.
+    """
+
+    ball_count: int
+    ball_diameter_m: float
+    pitch_diameter_m: float
+    inner_groove: float = 0.52
+    outer_groove: float = 0.53
+    contact_angle_rad: float = 0.0
+    radial_clearance_m: float = 0.0
+    rings: Elastic = BEARING_STEEL
+    balls: Elastic = BEARING_STEEL
+    inner: PointContact = field(init=False, repr=False)
+    outer: PointContact = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        problems = _ball_problems(self)
+        if problems:
+            raise AnalysisError("ball bearing: " + "; ".join(problems))
+        for name, groove in (("inner", self.inner_groove), ("outer", self.outer_groove)):
+            object.__setattr__(self, name, self._contact(1.0 if name == "inner" else -1.0, groove))
+
+    @property
+    def carried(self) -> tuple[int, ...]:
+        """The motions, of ux, uy and uz, along which a load is carried."""
+        return (0, 1, 2)
+
+    @property
+    def element_count(self) -> int:
+        """Number of balls."""
+        return self.ball_count
+
+    @property
+    def size_m(self) -> float:
+        """Diameter of a ball, m."""
+        return self.ball_diameter_m
+
+    @property
+    def groove_distance_m(self) -> float:
+        """A, distance of the groove centres when the balls just touch, m."""
+        return (self.inner_groove + self.outer_groove - 1.0) * self.ball_diameter_m
+
+    @property
+    def free_angle_rad(self) -> float:
+        """Contact angle where the balls just touch, of a deep groove shifted axially."""
+        free = 1.0 - self.radial_clearance_m / (2.0 * self.groove_distance_m)
+        return self.contact_angle_rad or float(np.arccos(np.clip(free, -1.0, 1.0)))
+
+    @property
+    def stiffness_n_per_m15(self) -> float:
+        """C of Q = c δ^(3/2) for both races in series, N/m^1.5."""
+        own = (self.inner.stiffness_n_per_m15, self.outer.stiffness_n_per_m15)
+        return float(sum(c ** (-2.0 / 3.0) for c in own) ** -1.5)
+
+    def centrifugal_n(self, speed_rad_s: float) -> float:
+        """Return the load that presses a ball outward, N.
+
+        The balls go round with ½ Ω (1 − Dw cos α / Dpw) at the free contact angle α.
+        """
+        mass = self.balls.density_kg_per_m3 * np.pi / 6.0 * self.ball_diameter_m**3
+        ratio = self.ball_diameter_m * np.cos(self.free_angle_rad) / self.pitch_diameter_m
+        orbit = 0.5 * speed_rad_s * (1.0 - ratio)
+        return float(0.5 * mass * self.pitch_diameter_m * orbit**2)
+
+    def start(self, force: FloatArray, centrifugal_n: float) -> FloatArray:
+        """Return a motion (5,) that loads the bearing rather too much, to begin a search from."""
+        z, c, distance = self.ball_count, self.stiffness_n_per_m15, self.groove_distance_m
+        motion, radial = np.zeros(5), float(np.hypot(*force[:2]))
+        r, a = self._free_centre()
+        if radial > 0:
+            deep = np.cbrt((5.0 * radial / (z * c)) ** 2)
+            deep += np.cbrt((centrifugal_n / self.outer.stiffness_n_per_m15) ** 2)
+            motion[:2] = force[:2] / radial * (deep + max(distance - r, 0.0))
+        if force[2] != 0:
+            sine = 1.0
+            for _ in range(3):
+                long = distance + np.cbrt((abs(force[2]) / (z * c * sine)) ** 2)
+                sine = np.sqrt(max(1.0 - (r / long) ** 2, 1e-3))
+            motion[2] = np.sign(force[2]) * sine * long - a
+        return motion
+
+    def forces(self, motion: FloatArray, centrifugal_n: float) -> ElementForces:
+        """Return what the balls do at a motion (5,) of the inner ring, see `ElementForces`."""
+        radius = 0.5 * self.pitch_diameter_m
+        radius += (self.inner_groove - 0.5) * self.ball_diameter_m * np.cos(self.free_angle_rad)
+        angle = 2.0 * np.pi * np.arange(self.ball_count) / self.ball_count
+        moved = np.zeros((self.ball_count, 2, 5))
+        moved[:, 0, 0], moved[:, 0, 1], moved[:, 1, 2] = np.cos(angle), np.sin(angle), 1.0
+        moved[:, 1, 3], moved[:, 1, 4] = radius * np.sin(angle), -radius * np.cos(angle)
+        centres = self._free_centre() + moved @ motion
+        balls = (
+            _at_rest(self, centres)
+            if centrifugal_n == 0
+            else _pressed(self, centres, centrifugal_n)
+        )
+        return ElementForces(
+            force=np.einsum("jai,ja->i", moved, balls.inner),
+            stiffness=np.einsum("jai,jab,jbk->ik", moved, balls.stiffness, moved),
+            inner_load_n=np.hypot(*balls.inner.T),
+            outer_load_n=np.hypot(*balls.outer.T),
+            inner_angle_rad=balls.angles[0],
+            outer_angle_rad=balls.angles[1],
+        )
+
+    def misplaced(self, found: ElementForces) -> str:
+        """Tell why a load is not carried in an equilibrium, empty if it is."""
+        loaded = found.inner_load_n > 1e-6 * found.inner_load_n.max()
+        if self.contact_angle_rad > 0 and (found.inner_angle_rad[loaded] < 1e-6).any():
+            return "a loaded ball leaves its shoulder; more axial load towards +z is needed"
+        return ""
+
+    def _free_centre(self) -> FloatArray:
+        """Radial and axial place of the inner groove centre from the outer one, no load."""
+        if self.contact_angle_rad:
+            angle = self.contact_angle_rad
+            return self.groove_distance_m * np.array([np.cos(angle), np.sin(angle)])
+        return np.array([self.groove_distance_m - 0.5 * self.radial_clearance_m, 0.0])
+
+    def _contact(self, side: float, groove: float) -> PointContact:
+        """Contact at the inner (1) or outer (−1) race."""
+        ratio = self.ball_diameter_m * np.cos(self.free_angle_rad) / self.pitch_diameter_m
+        along, across = 2.0 * side * ratio / (1.0 - side * ratio), 1.0 / groove
+        return point_contact(
+            (4.0 + along - across) / self.ball_diameter_m,
+            float((along + across) / (4.0 + along - across)),
+            self.rings.compliance_per_pa + self.balls.compliance_per_pa,
+        )
+
+
+def _ball_problems(bearing: BallBearing) -> list[str]:
+    problems = []
+    if bearing.ball_count < 3:
+        problems.append(f"{bearing.ball_count} balls; needed are 3 or more")
+    if not 0 < bearing.ball_diameter_m < bearing.pitch_diameter_m < np.inf:
+        problems.append(
+            f"ball diameter {bearing.ball_diameter_m:g} m, pitch diameter "
+            f"{bearing.pitch_diameter_m:g} m; needed is 0 < ball diameter < pitch diameter"
+        )
+    elif bearing.ball_count * bearing.ball_diameter_m > np.pi * bearing.pitch_diameter_m:
+        problems.append(f"{bearing.ball_count} balls do not fit on the pitch circle")
+    if not (0.5 < bearing.inner_groove < 1 and 0.5 < bearing.outer_groove < 1):
+        problems.append(
+            f"groove radii of {bearing.inner_groove:g} and {bearing.outer_groove:g} ball "
+            "diameters; allowed is between 0.5 and 1"
+        )
+    if not 0 <= bearing.contact_angle_rad < 0.5 * np.pi:
+        problems.append(f"contact angle {bearing.contact_angle_rad:g} rad; allowed is 0 to π/2")
+    if bearing.contact_angle_rad and bearing.radial_clearance_m:
+        problems.append("a contact angle and a radial clearance; give one of the two")
+    if not bearing.radial_clearance_m < 2.0 * bearing.groove_distance_m:
+        problems.append(
+            f"radial clearance {bearing.radial_clearance_m:g} m; allowed is below twice the "
+            f"distance of the groove centres, {2.0 * bearing.groove_distance_m:.4g} m"
+        )
+    return problems
+
+
+class _Balls(NamedTuple):
+    """Forces of all balls on the races, (Z, 2), stiffness between the races, (Z, 2, 2), angles."""
+
+    inner: FloatArray
+    outer: FloatArray
+    stiffness: FloatArray
+    angles: tuple[FloatArray, FloatArray]
+
+
+def _spring(arm: FloatArray, free: float, c: float) -> tuple[FloatArray, FloatArray]:
+    """Force and stiffness of contacts along arms (Z, 2) whose length without load is `free`."""
+    length = np.hypot(*arm.T)
+    normal = arm / length[:, None]
+    root = np.sqrt(np.maximum(length - free, 0.0))
+    load = c * root**3
+    along = np.einsum("ja,jb->jab", normal, normal)
+    stiffness = (1.5 * c * root)[:, None, None] * along
+    stiffness = stiffness + (load / length)[:, None, None] * (np.eye(2) - along)
+    return load[:, None] * normal, stiffness
+
+
+def _angle(arm: FloatArray) -> FloatArray:
+    return np.asarray(np.arctan2(arm[:, 1], arm[:, 0]))
+
+
+def _at_rest(bearing: BallBearing, centres: FloatArray) -> _Balls:
+    """Balls without a load of their own: both races in one line."""
+    force, stiffness = _spring(centres, bearing.groove_distance_m, bearing.stiffness_n_per_m15)
+    return _Balls(force, force, stiffness, (_angle(centres), _angle(centres)))
+
+
+def _pressed(bearing: BallBearing, centres: FloatArray, centrifugal_n: float) -> _Balls:
+    """Balls pressed outward: each at the place where its three forces balance.
+
+    The energy of a ball is convex in its place, so that there is one such place.
+    """
+    inner, outer = (contact.stiffness_n_per_m15 for contact in (bearing.inner, bearing.outer))
+    free = (np.array([bearing.inner_groove, bearing.outer_groove]) - 0.5) * bearing.ball_diameter_m
+    own = np.array([centrifugal_n, 0.0])
+    length = np.hypot(*centres.T)[:, None]
+    deep = np.maximum(0.5 * (length - free.sum()), np.cbrt((centrifugal_n / outer) ** 2))
+    place = centres / length * (free[1] + deep)
+    # where a ball thrown outward does not touch the inner race, that is its place
+    thrown = np.array([free[1] + np.cbrt((centrifugal_n / outer) ** 2), 0.0])
+    place = np.where(np.hypot(*(centres - thrown).T)[:, None] <= free[0], thrown, place)
+
+    def state(place: FloatArray) -> tuple[FloatArray, ...]:
+        pull_in, stiff_in = _spring(centres - place, free[0], inner)
+        pull_out, stiff_out = _spring(place, free[1], outer)
+        deep_in, deep_out = (
+            np.maximum(np.hypot(*arm.T) - size, 0.0)
+            for arm, size in ((centres - place, free[0]), (place, free[1]))
+        )
+        energy = 0.4 * (inner * deep_in**2.5 + outer * deep_out**2.5) - centrifugal_n * place[:, 0]
+        return pull_out - pull_in - own, pull_in, pull_out, stiff_in, stiff_out, energy
+
+    now = state(place)
+    for _ in range(_STEPS):
+        scale = np.hypot(*now[2].T) + np.hypot(*now[1].T) + centrifugal_n
+        if (np.hypot(*now[0].T) <= _BALANCED * scale).all():
+            break
+        floating = ~(now[1].any(axis=1) | now[2].any(axis=1))
+        most = now[3] + now[4] + floating[:, None, None] * centrifugal_n / free[1] * np.eye(2)
+        step = np.linalg.solve(most, -now[0][..., None])[..., 0]
+        share = np.ones((len(place), 1))
+        for _ in range(_HALVINGS):
+            trial = state(place + share * step)
+            worse = (np.hypot(*trial[0].T) >= np.hypot(*now[0].T)) & (trial[5] >= now[5])
+            worse &= np.hypot(*now[0].T) > _BALANCED * scale
+            if not worse.any():
+                break
+            share[worse] *= 0.5
+        better = ~worse
+        if not better.any():
+            break  # rounding
+        place = np.where(better[:, None], place + share * step, place)
+        now = state(place)
+    _, pull_in, pull_out, stiff_in, stiff_out, _ = now
+    condensed = stiff_in @ np.linalg.solve(stiff_in + stiff_out, stiff_out)
+    condensed = 0.5 * (condensed + condensed.swapaxes(1, 2))
+    return _Balls(pull_in, pull_out, condensed, (_angle(centres - place), _angle(place)))

@@ -1,0 +1,1 @@
+"""Steady response of a system with a few nonlinear forces, by harmonic balance."""

@@ -1,0 +1,189 @@
+"""A system with a few nonlinear joints under unbalance and weight, condensed to these joints."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import scipy.linalg as la
+
+from solidwhirl.rotordyn.assembly.coordinates import seat_motion
+from solidwhirl.rotordyn.assembly.parts import End
+from solidwhirl.rotordyn.assembly.system import (
+    AssembledSystem,
+    gravity_load,
+    matrices_at_speed,
+)
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
+from solidwhirl.rotordyn.core.errors import AnalysisError
+from solidwhirl.rotordyn.nonlinear.forces import NonlinearForce
+from solidwhirl.rotordyn.response.harmonic_response import check_lateral
+from solidwhirl.rotordyn.response.unbalance import Unbalance, frequency_ratio, unbalance_loads
+
+# Unbalances turn together if their frequency ratios differ by less than this fraction.
+_SAME_RATIO = 1e-12
+# Part of a speed over which matrices are differenced; those of constant bearings are quadratic.
+_BESIDE = 1e-3
+
+
+@dataclass(frozen=True, kw_only=True)
+class NonlinearJoint:
+    """A nonlinear force between two interfaces, beside the bearings of the system.
+
+    `first`, `second`: with ux and uy; None is the ground. `force`: of their relative motion.
+    """
+
+    first: End
+    second: End | None = None
+    force: NonlinearForce
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class ForcedSystem:
+    """Hold what is balanced: M q'' + (C + Ω G) q' + K q + Σ Bᵀ f(B q, B q') = loads.
+
+    `assembled`: the linear part, n coordinates; `forces`: j of them; `motion`: B, x and y of each
+    joint per coordinate, shape (2j, n); `frequency_ratio`: ω over Ω of the unbalance;
+    `turning_kg_m`: its load per ω², shape (n,); `steady_n`: weight, shape (n,). `shift_n_per_m`: a
+    stiffness that is added at the joints and taken from their forces again, so that parts that the
+    joints alone hold can be condensed.
+    """
+
+    assembled: AssembledSystem
+    forces: tuple[NonlinearForce, ...]
+    motion: FloatArray
+    frequency_ratio: float
+    turning_kg_m: ComplexArray
+    steady_n: FloatArray
+    shift_n_per_m: float
+
+    @property
+    def width(self) -> int:
+        """Relative motions at the joints, 2j."""
+        return len(self.motion)
+
+    def shifts(self, harmonics: int) -> ComplexArray:
+        """Return what is added at the joints for harmonics 0 to h, N/m, shape (h + 1,).
+
+        A complex one damps what the joints see of a resonance; the constant part is real.
+        """
+        turning = np.where(np.arange(harmonics + 1) > 0, 1.0 + 1.0j, 1.0 + 0.0j)
+        return np.asarray(turning * self.shift_n_per_m, dtype=complex)
+
+
+class Condensed(NamedTuple):
+    """Motions of m rows per force at the joints, harmonic by harmonic from 0 to h.
+
+    `free_m`: with the shift and no other force at the joints, shape (h + 1, m); `receptance`: per
+    force at the joints, (h + 1, m, 2j); `free_slope`, `receptance_slope`: by Ω.
+    """
+
+    free_m: ComplexArray
+    receptance: ComplexArray
+    free_slope: ComplexArray
+    receptance_slope: ComplexArray
+
+
+def forced_system(
+    assembled: AssembledSystem,
+    joints: Sequence[NonlinearJoint],
+    unbalances: Sequence[Unbalance],
+    speed_rad_s: float,
+    gravity_m_per_s2: npt.ArrayLike = (0.0, 0.0, 0.0),
+) -> ForcedSystem:
+    """Return a system with nonlinear joints under unbalance and weight.
+
+    `joints`: one or more; `unbalances`: one or more that turn at one frequency; `speed_rad_s`: a
+    speed amid those looked at, above 0. Raises AnalysisError if there are none, unbalances turn at
+    several frequencies, or a place has no ux and uy.
+    """
+    if not joints:
+        raise AnalysisError("joints is empty; one or more are needed")
+    if not unbalances:
+        raise AnalysisError("unbalances is empty; one or more are needed")
+    ratios = [frequency_ratio(assembled, u) for u in unbalances]
+    if np.ptp(ratios) > _SAME_RATIO * max(ratios):
+        raise AnalysisError(
+            f"unbalances turn at {sorted(set(ratios))} times the speed; they must turn at one "
+            "frequency, so that the motion repeats with it"
+        )
+    motion = np.concatenate([_relative_motion(assembled, joint) for joint in joints])
+    weight = assembled.transformation.T @ gravity_load(assembled, gravity_m_per_s2)
+    seen = motion @ decaying_response(assembled, motion, ratios[0], speed_rad_s)
+    return ForcedSystem(
+        assembled=assembled,
+        forces=tuple(joint.force for joint in joints),
+        motion=motion,
+        frequency_ratio=ratios[0],
+        turning_kg_m=unbalance_loads(assembled, unbalances),
+        steady_n=weight,
+        shift_n_per_m=1.0 / float(la.norm(seen, 2)),
+    )
+
+
+def decaying_response(
+    assembled: AssembledSystem, motion: FloatArray, ratio: float, speed_rad_s: float
+) -> ComplexArray:
+    """Return motions per force at the joints that grows at the rate at which it turns, (n, 2j).
+
+    Free and undamped motions have such a response too.
+    """
+    mass, damping, gyroscopic, stiffness = matrices_at_speed(assembled, speed_rad_s)
+    rate = ratio * speed_rad_s * np.exp(0.25j * np.pi)
+    whole = rate**2 * mass + rate * (damping + gyroscopic) + stiffness
+    return np.asarray(la.solve(whole, motion.T))
+
+
+def _relative_motion(assembled: AssembledSystem, joint: NonlinearJoint) -> FloatArray:
+    """Ux and uy of the first side relative to the second, shape (2, n)."""
+    motion = np.zeros((2, assembled.size))
+    for end, sign in ((joint.first, 1.0), (joint.second, -1.0)):
+        if end is not None:
+            check_lateral(assembled, end, f"nonlinear force at {end.label}")
+            motion += sign * seat_motion(assembled, end)[:2]
+    return motion
+
+
+def condensed(
+    forced: ForcedSystem, speed_rad_s: float, harmonics: int, rows: FloatArray
+) -> Condensed:
+    """Condense a system at a speed exactly, by its dynamic stiffness at each harmonic.
+
+    `harmonics`: h; `rows`: motions that are wanted per coordinate, shape (m, n).
+    """
+    step = _BESIDE * abs(speed_rad_s)
+    here, *beside = (
+        matrices_at_speed(forced.assembled, speed_rad_s + d) for d in (0.0, step, -step)
+    )
+    velocity = here.damping + here.gyroscopic
+    change_k = (beside[0].stiffness - beside[1].stiffness) / (2.0 * step)
+    change_c = beside[0].damping + beside[0].gyroscopic
+    change_c = (change_c - beside[1].damping - beside[1].gyroscopic) / (2.0 * step)
+    ratio, omega = forced.frequency_ratio, forced.frequency_ratio * speed_rad_s
+    found = []
+    for k, shift in enumerate(forced.shifts(harmonics)):
+        held = shift * forced.motion.T @ forced.motion
+        whole = here.stiffness + held - (k * omega) ** 2 * here.mass + 1j * k * omega * velocity
+        slope = change_k + 1j * k * (ratio * velocity + omega * change_c)
+        slope -= 2.0 * k**2 * ratio * omega * here.mass
+        load, more = _loads(forced, k, omega)
+        factors = la.lu_factor(whole, check_finite=False)
+        moved = la.lu_solve(factors, np.column_stack((forced.motion.T, load)))
+        left = la.lu_solve(factors, rows.T, trans=1).T
+        change = -left @ (slope @ moved)
+        change[:, -1] += left @ more
+        seen = rows @ moved
+        found.append((seen[:, -1], seen[:, :-1], change[:, -1], change[:, :-1]))
+    return Condensed(*(np.array(part) for part in zip(*found, strict=True)))
+
+
+def _loads(forced: ForcedSystem, harmonic: int, omega: float) -> tuple[ComplexArray, ComplexArray]:
+    """Load of a harmonic, and its derivative by Ω."""
+    if harmonic == 1:
+        rise = 2.0 * forced.frequency_ratio * omega
+        return omega**2 * forced.turning_kg_m, rise * forced.turning_kg_m
+    zero = np.zeros(forced.assembled.size, dtype=complex)
+    return (forced.steady_n + zero if harmonic == 0 else zero), zero

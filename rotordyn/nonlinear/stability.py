@@ -1,0 +1,108 @@
+"""Stability of periodic motions: Floquet multipliers of small motions beside them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg as la
+
+from solidwhirl.rotordyn.assembly.system import AssembledSystem, matrices_at_speed
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
+from solidwhirl.rotordyn.modes.modal_truncation import project_system, rest_modes
+from solidwhirl.rotordyn.nonlinear.forced_system import ForcedSystem, decaying_response
+from solidwhirl.rotordyn.nonlinear.harmonic_balance import joint_samples, series_at
+
+# Modes at rest that small motions are made of: at least, at most, and up to so many times ω.
+_FEWEST, _MOST, _TIMES = 8, 16, 6.0
+# Columns shorter than this beside the others are dropped.
+_DEPENDENT = 1e-7
+# Steps of a period, a power of 2. The error falls with their fourth power, with the square where
+# a gap opens or closes.
+_STEPS = 128
+# A motion grows if a multiplier is above 1 by more than this; less is rounding.
+GROWS = 1e-6
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class SmallMotions:
+    """Hold what small motions beside a periodic one are made of.
+
+    `system`: projected on m shapes; `motion`: relative motion at the joints per shape, (2j, m);
+    `forced`: whole system.
+    """
+
+    system: AssembledSystem
+    motion: FloatArray
+    forced: ForcedSystem
+
+
+def small_motions(forced: ForcedSystem, top_rad_s: float) -> SmallMotions:
+    """Choose shapes of small motions: low modes at rest, and what forces at the joints do.
+
+    `top_rad_s`: highest speed looked at. A small system is taken whole.
+    """
+    system = forced.assembled
+    if system.size <= _MOST:
+        return SmallMotions(system=system, motion=forced.motion, forced=forced)
+    squared, shapes = rest_modes(system)
+    omega = forced.frequency_ratio * top_rad_s
+    low = int(np.count_nonzero(squared <= (_TIMES * omega) ** 2))
+    kept = shapes[:, : min(max(low, _FEWEST), _MOST)]
+    added = decaying_response(system, forced.motion, forced.frequency_ratio, top_rad_s)
+    columns = np.hstack((added.real, added.imag))
+    for _ in range(2):  # the second time what rounding has left
+        columns = columns - kept @ (kept.T @ (system.mass @ columns))
+        columns = columns / np.sqrt(np.einsum("ij,ij->j", columns, system.mass @ columns))
+    size, turn = la.eigh(columns.T @ system.mass @ columns)
+    found = size > _DEPENDENT * size[-1]
+    basis = np.hstack((kept, columns @ (turn[:, found] / np.sqrt(size[found]))))
+    return SmallMotions(
+        system=project_system(system, basis), motion=forced.motion @ basis, forced=forced
+    )
+
+
+def multipliers(
+    small: SmallMotions, motion_m: FloatArray, speed_rad_s: float, steps: int = _STEPS
+) -> ComplexArray:
+    """Return the Floquet multipliers of a periodic motion, the largest first, shape (2m,).
+
+    `motion_m`: coefficients at the joints, shape (2h + 1, 2j); `steps`: a power of 2. Each step of
+    the period is a Magnus integrator of fourth order with a Padé approximant of its exponential,
+    which keeps undamped motions at 1 (Iserles et al. 2000, Acta Numerica 9).
+    """
+    omega = small.forced.frequency_ratio * speed_rad_s
+    states = _state_matrices(small, motion_m, speed_rad_s, steps)
+    length = 2.0 * np.pi / (steps * omega)
+    first, second = states[0::2], states[1::2]
+    turned = first @ second - second @ first
+    whole = 0.5 * length * (first + second) - np.sqrt(3.0) / 12.0 * length**2 * turned
+    even = np.eye(whole.shape[1]) + whole @ whole / 12.0
+    each = np.linalg.solve(even - 0.5 * whole, even + 0.5 * whole)
+    while len(each) > 1:
+        each = each[1::2] @ each[0::2]
+    found = np.linalg.eigvals(each[0])
+    return np.asarray(found[np.argsort(-np.abs(found))], dtype=complex)
+
+
+def _state_matrices(
+    small: SmallMotions, motion_m: FloatArray, speed_rad_s: float, steps: int
+) -> FloatArray:
+    """State matrices of small motions (σ a, a') at two Gauss points of each step, (2s, 2m, 2m)."""
+    omega = small.forced.frequency_ratio * speed_rad_s
+    mass, damping, gyroscopic, stiffness = matrices_at_speed(small.system, speed_rad_s)
+    at = (np.arange(steps)[:, None] + 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0)).ravel()
+    values, slopes = series_at(2.0 * np.pi * at / steps, len(motion_m) // 2)
+    found = joint_samples(small.forced, values @ motion_m, omega * (slopes @ motion_m))
+    pushed = la.solve(mass, small.motion.T, assume_a="pos")
+    m = small.system.size
+    states = np.zeros((at.size, 2 * m, 2 * m))
+    states[:, :m, m:] = omega * np.eye(m)
+    states[:, m:, :m] = -la.solve(mass, stiffness, assume_a="pos") / omega
+    states[:, m:, m:] = -la.solve(mass, damping + gyroscopic, assume_a="pos")
+    for k, joint in enumerate(found):
+        rows = slice(2 * k, 2 * k + 2)
+        seen = small.motion[rows]
+        states[:, m:, :m] -= pushed[:, rows] @ joint.stiffness_n_per_m @ seen / omega
+        states[:, m:, m:] -= pushed[:, rows] @ joint.damping_n_s_per_m @ seen
+    return states

@@ -1,0 +1,22 @@
+"""Coefficients of bearings and seals as their makers give them, read from files.
+
+In: CSV with units, files of ROSS, film models of ROSS in its own environment.
+Out: `CoefficientTable` in SI units, and the keys of a `[speed_laws.NAME]` of a scene.
+"""
+
+from solidwhirl.bearing_tables.axes import at_load, in_sense_of_spin, over, turned
+from solidwhirl.bearing_tables.law import as_table_law
+from solidwhirl.bearing_tables.reading import read_table, read_tables
+from solidwhirl.bearing_tables.records import CoefficientTable, TableFileError
+
+__all__ = [
+    "CoefficientTable",
+    "TableFileError",
+    "as_table_law",
+    "at_load",
+    "in_sense_of_spin",
+    "over",
+    "read_table",
+    "read_tables",
+    "turned",
+]

@@ -1,0 +1,151 @@
+"""Film models of ROSS, computed in an environment of its own."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import subprocess
+import tempfile
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from solidwhirl.bearing_tables.grid import GridError, on_grid
+from solidwhirl.bearing_tables.records import CoefficientTable, TableFileError
+from solidwhirl.core.errors import UserError
+from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
+
+_SCRIPT = Path(__file__).with_name("ross_script.py")
+_FOUND = "import importlib.util, sys; sys.exit(importlib.util.find_spec('ross') is None)"
+# Models whose axis is the frequency of the motion.
+_OVER_FREQUENCY = ("SqueezeFilmDamper", "MagneticBearingElement")
+_MOST_SPEEDS = 2001
+
+
+def speeds_of(text: str) -> FloatArray:
+    """Return speeds in rad/s from FROM:TO:STEP in rpm, ends included.
+
+    Raises UserError: not three numbers with 0 < FROM < TO and a step that fits between.
+    """
+    try:
+        first, last, step = (float(part) for part in text.split(":"))
+    except ValueError:
+        first = last = step = math.nan
+    if not (0 < first < last < math.inf and 0 < step <= last - first):
+        raise UserError(
+            f"--speeds: found {text!r}, allowed is FROM:TO:STEP in rpm, as 3000:12000:1000"
+        )
+    count = int((last - first) / step * (1 + 1e-12)) + 1
+    if count > _MOST_SPEEDS:
+        raise UserError(f"--speeds: found {count} speeds, allowed is {_MOST_SPEEDS}")
+    return np.asarray((first + step * np.arange(count)) * RAD_S_PER_RPM)
+
+
+def film_table(path: Path, speeds_rad_s: FloatArray, python: Path | None) -> CoefficientTable:
+    """Return what a film model of ROSS gives at some speeds.
+
+    `path`: TOML with `model`, a class of ROSS such as "CylindricalBearing", and `[arguments]`,
+    those of the class without `n` and the speeds, in SI or as { value = 30, unit = "mm" };
+    `python`: of ROSS's environment; without it that is searched for, see `ross_python`.
+    Raises TableFileError: the file, the model or its arguments are refused, or ROSS fails;
+    UserError: no environment has ROSS.
+    """
+    request = _request(path) | {"speeds_rad_s": speeds_rad_s.tolist()}
+    reply = _run(path, ross_python(python), request)
+    if "error" in reply:
+        raise TableFileError(path, str(reply["error"]))
+    axis = np.array(reply["axis_rad_s"], dtype=float)
+    values = {k: np.array(v, dtype=float) for k, v in reply["coefficients"].items() if v}
+    columns = {k: np.broadcast_to(v, axis.shape) for k, v in values.items() if not k.endswith("zz")}
+    if not any(column.any() for column in columns.values()):
+        raise TableFileError(path, f"{request['model']} gives no coefficients on ux and uy")
+    over_motion = request["model"] in _OVER_FREQUENCY
+    try:
+        found, matrices = on_grid(
+            {"frequencies_rad_s" if over_motion else "speeds_rad_s": axis}, columns
+        )
+    except GridError as error:
+        raise TableFileError(path, str(error)) from error
+    return CoefficientTable(
+        **found,  # type: ignore[arg-type]
+        stiffness_n_per_m=matrices["k"],
+        damping_n_s_per_m=matrices["c"],
+        mass_kg=matrices["m"],
+        source=f"{path.name}: {request['model']} of ROSS {reply['version']}",
+    )
+
+
+def ross_python(given: Path | None) -> Path:
+    """Return the Python of an environment that has ROSS.
+
+    The one given, a path or a name on the PATH; else .venv-ross in the working folder, where
+    tools/ross_environment.sh makes it; else python3. Raises UserError: none of them has ROSS.
+    """
+    for python in _likely() if given is None else [given.absolute() if given.exists() else given]:
+        try:
+            done = subprocess.run([python, "-c", _FOUND], check=False, capture_output=True)
+        except OSError:
+            continue
+        if done.returncode == 0:
+            return python
+    where = str(given) if given else ".venv-ross/bin/python and python3"
+    raise UserError(
+        f"--ross-python: {where} can not import ross; install ross-rotordynamics in an environment "
+        "of its own and name its python"
+    )
+
+
+def _likely() -> Iterator[Path]:
+    yield Path(".venv-ross", "bin", "python").absolute()
+    yield Path("python3")
+
+
+def _request(path: Path) -> dict[str, Any]:
+    """The model and its arguments."""
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise TableFileError(path, f"can not be read: {error.strerror or error}") from error
+    except ValueError as error:
+        raise TableFileError(path, f"is not valid TOML: {error}") from error
+    model, arguments = data.get("model"), data.get("arguments", {})
+    if not isinstance(model, str) or not isinstance(arguments, dict):
+        raise TableFileError(path, 'needs model = "CLASS" and a table [arguments]')
+    for key in data:
+        if key not in ("model", "arguments"):
+            raise TableFileError(path, f"{key}: unknown key; allowed are model, arguments")
+    for key in ("n", "speed", "frequency"):
+        if key in arguments:
+            raise TableFileError(path, f"arguments.{key}: leave it out; --speeds gives the speeds")
+    return {"model": model, "arguments": arguments}
+
+
+def _run(path: Path, python: Path, request: dict[str, Any]) -> dict[str, Any]:
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        try:
+            (folder / "request.json").write_text(json.dumps(request), encoding="utf-8")
+        except TypeError as error:  # a date, which is no argument of a film
+            raise TableFileError(path, f"arguments: {error}") from error
+        # a copy, as Python looks for modules beside what it runs, and ROSS's may have our names
+        script = folder / _SCRIPT.name
+        script.write_bytes(_SCRIPT.read_bytes())
+        done = subprocess.run(
+            [python, script, folder / "request.json", folder / "reply.json"],
+            check=False,
+            capture_output=True,
+            text=True,
+            # the paths of this environment are not those of ROSS
+            env={k: v for k, v in os.environ.items() if k != "PYTHONPATH"},
+        )
+        reply = folder / "reply.json"
+        if done.returncode != 0 or not reply.exists():
+            last = (done.stderr.strip().splitlines() or ["no message"])[-1]
+            raise TableFileError(path, f"ROSS failed: {last}")
+        found: dict[str, Any] = json.loads(reply.read_text(encoding="utf-8"))
+        return found

@@ -1,0 +1,166 @@
+"""Speed laws of a scene that give absolute coefficients: tables, and bearings by their physics."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from solidwhirl.core.fields import Count, Finite, NotNegative, Positive, Record
+from solidwhirl.rotordyn.bearings.balls import BallBearing
+from solidwhirl.rotordyn.bearings.rollers import RollerBearing
+from solidwhirl.rotordyn.bearings.rolling import RollingBearing, loaded_ring
+from solidwhirl.rotordyn.bearings.short_bearing import journal_state
+from solidwhirl.rotordyn.bearings.short_film import ShortFilm
+from solidwhirl.rotordyn.bearings.speed_tables import SpeedTable, tabulate
+from solidwhirl.rotordyn.bearings.squeeze_film import SqueezeFilmDamper
+from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
+
+_TABLES = 64
+
+
+class AbsoluteLaw(Record):
+    """Base of the laws that replace a bearing's own coefficients."""
+
+    def table(self) -> SpeedTable:
+        """Return the coefficients over the speed."""
+        raise NotImplementedError
+
+
+class _Computed(AbsoluteLaw):
+    """Base of the laws that are computed; what cannot be is refused where the scene is read."""
+
+    @model_validator(mode="after")
+    def _possible(self) -> _Computed:
+        self.table()
+        return self
+
+    def table(self) -> SpeedTable:
+        """Return the coefficients over the speed, computed once."""
+        return _table_of(self)
+
+    def computed(self) -> SpeedTable:
+        """Compute the coefficients over the speed; ValueError says what cannot be."""
+        raise NotImplementedError
+
+
+@lru_cache(maxsize=_TABLES)
+def _table_of(law: _Computed) -> SpeedTable:
+    return law.computed()
+
+
+class RollingLawSpec(_Computed):
+    """A ball or cylindrical roller bearing by its geometry and load."""
+
+    kind: Literal["rolling"]
+    elements: Literal["balls", "rollers"] = "balls"
+    count: Count
+    element_diameter_m: Positive
+    pitch_diameter_m: Positive
+    roller_length_m: Positive | None = None
+    contact_angle_deg: NotNegative = 0.0
+    radial_clearance_m: Finite = 0.0
+    inner_groove: Positive = 0.52
+    outer_groove: Positive = 0.53
+    load_n: tuple[Finite, Finite, Finite]
+    preload_n: NotNegative = 0.0
+    highest_rpm: Positive
+    damping_n_s_per_m: NotNegative = 0.0
+
+    def bearing(self) -> RollingBearing:
+        """Return the bearing; ValueError names what is wrong."""
+        sizes: dict[str, Any] = {
+            "pitch_diameter_m": self.pitch_diameter_m,
+            "radial_clearance_m": self.radial_clearance_m,
+        }
+        if self.elements == "rollers":
+            if self.roller_length_m is None:
+                raise ValueError("rollers need roller_length_m")
+            return RollerBearing(
+                roller_count=self.count,
+                roller_diameter_m=self.element_diameter_m,
+                effective_length_m=self.roller_length_m,
+                **sizes,
+            )
+        if self.roller_length_m is not None:
+            raise ValueError("balls have no roller_length_m")
+        return BallBearing(
+            ball_count=self.count,
+            ball_diameter_m=self.element_diameter_m,
+            inner_groove=self.inner_groove,
+            outer_groove=self.outer_groove,
+            contact_angle_rad=float(np.radians(self.contact_angle_deg)),
+            **sizes,
+        )
+
+    def computed(self) -> SpeedTable:
+        """Compute the stiffness over the speed under the load and the preload."""
+        bearing, (x, y, z) = self.bearing(), self.load_n
+        load = (x, y, z + self.preload_n)
+
+        def at(speed: float) -> tuple[FloatArray, FloatArray]:
+            found = loaded_ring(bearing, load, speed_rad_s=speed)
+            return found.lateral_stiffness_n_per_m, self.damping_n_s_per_m * np.eye(2)
+
+        return tabulate(at, 0.0, self.highest_rpm / RPM_PER_RAD_S)
+
+
+class _FilmSpec(_Computed):
+    """Base of the laws of short films."""
+
+    diameter_m: Positive
+    length_m: Positive
+    radial_clearance_m: Positive
+    viscosity_pa_s: Positive
+    film: Literal["pi", "2pi"] = "pi"
+    lands: Count = 1
+
+    def short_film(self) -> ShortFilm:
+        """Return the film; ValueError names what is wrong."""
+        return ShortFilm(**{key: getattr(self, key) for key in _FilmSpec.model_fields})
+
+
+class ShortBearingLawSpec(_FilmSpec):
+    """A short plain journal bearing under a load."""
+
+    kind: Literal["short_bearing"]
+    load_n: tuple[Finite, Finite]
+    speed_rpm: tuple[Positive, Positive]
+
+    def computed(self) -> SpeedTable:
+        """Compute stiffness and damping over the speed."""
+        film, (low, high) = self.short_film(), self.speed_rpm
+        if high <= low:
+            raise ValueError(f"speed_rpm has ({low:g}, {high:g}); the second must be higher")
+
+        def at(speed: float) -> tuple[FloatArray, FloatArray]:
+            found = journal_state(film, self.load_n, speed)
+            return found.stiffness_n_per_m, found.damping_n_s_per_m
+
+        return tabulate(at, low / RPM_PER_RAD_S, high / RPM_PER_RAD_S)
+
+
+class SqueezeFilmLawSpec(_FilmSpec):
+    """A squeeze film damper on a centred circular orbit."""
+
+    kind: Literal["squeeze_film"]
+    ends: Literal["open", "sealed"] = "open"
+    orbit_ratio: Annotated[float, Field(ge=0, lt=1, strict=True)]
+    whirl_ratio: Finite = 1.0
+    highest_rpm: Positive
+
+    def computed(self) -> SpeedTable:
+        """Compute stiffness, proportional to the speed, and damping."""
+        damper = SqueezeFilmDamper(
+            film=self.short_film(),
+            orbit_ratio=self.orbit_ratio,
+            ends=self.ends,
+            whirl_ratio=self.whirl_ratio,
+        )
+        speeds = np.array([0.0, self.highest_rpm / RPM_PER_RAD_S])
+        found = np.array([damper.coefficients(self.whirl_ratio * speed) for speed in speeds])
+        both = found[:, :, None, None] * np.eye(2)
+        return SpeedTable(speeds, both[:, 0], both[:, 1], "linear")

@@ -1,0 +1,56 @@
+"""Speed laws that a scene takes from files of the bearings' makers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from solidwhirl.bearing_tables import (
+    as_table_law,
+    at_load,
+    in_sense_of_spin,
+    over,
+    read_table,
+    turned,
+)
+from solidwhirl.bearing_tables.records import TableFileError
+from solidwhirl.core.errors import Problem
+from solidwhirl.scene.joints import FileLawSpec, FrequencyTableLawSpec, SpeedLawSpec, TableLawSpec
+from solidwhirl.scene.records import Scene
+
+
+def with_laws_read(scene: Scene) -> tuple[Scene, list[str]]:
+    """Put the tables of their files in the place of the laws of `kind = "file"`.
+
+    What depends on the scene then depends on the content of the files, wherever they lie. Returns
+    the scene and problems, one line each, which begins with the key.
+    """
+    laws: dict[str, SpeedLawSpec] = dict(scene.speed_laws)
+    problems: list[str] = []
+    for name, spec in scene.speed_laws.items():
+        if not isinstance(spec, FileLawSpec):
+            continue
+        path = ("speed_laws", name)
+        try:
+            laws[name] = table_law(spec)
+        except TableFileError as error:
+            problems.append(Problem(f"speed_laws.{name}.file: {error}", (*path, "file")))
+        except ValidationError as error:
+            said = [f"{'.'.join(map(str, e['loc']))}: {e['msg']}" for e in error.errors()]
+            text = f"speed_laws.{name}.file: {spec.file}: the table in it: {said[0]}"
+            problems.append(Problem(text, (*path, "file")))
+    return scene.model_copy(update={"speed_laws": laws}), problems
+
+
+def table_law(spec: FileLawSpec) -> TableLawSpec | FrequencyTableLawSpec:
+    """Return the table in the file of a law, at its load and in the axes of the scene.
+
+    Raises TableFileError: the file or a key is refused; pydantic.ValidationError: a table that a
+    scene could not have either.
+    """
+    found = over(read_table(Path(spec.file), spec.tag), spec.axis)
+    ours = turned(in_sense_of_spin(at_load(found, spec.load_n), spec.maker_spin), spec.turned_deg)
+    law = as_table_law(ours)
+    record = FrequencyTableLawSpec if law["kind"] == "frequency_table" else TableLawSpec
+    return record.model_validate({**law, "interpolation": spec.interpolation})
