@@ -174,19 +174,28 @@ class TableLaw(_LawOfPieces):
         return self._pieces
 
 
-@dataclass(frozen=True)
-class _MirroredLaw:
-    """A law of any kind with the signs of its cross terms changed."""
+class OfAnotherLaw:
+    """Base of laws made of another one, their `law`: its name and range."""
 
+    __slots__ = ()
     law: SpeedLaw
 
     @property
     def name(self) -> str:
+        """What the law is called."""
         return self.law.name
 
     @property
     def speed_range_rad_s(self) -> tuple[float, float]:
+        """Lowest and highest spin speed the law was made for, rad/s."""
         return self.law.speed_range_rad_s
+
+
+@dataclass(frozen=True)
+class _MirroredLaw(OfAnotherLaw):
+    """A law of any kind with the signs of its cross terms changed."""
+
+    law: SpeedLaw
 
     def coefficients(
         self, speed_rad_s: float, stiffness_n_per_m: FloatArray, damping_n_s_per_m: FloatArray

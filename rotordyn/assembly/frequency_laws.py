@@ -14,6 +14,7 @@ import numpy as np
 
 from solidwhirl.rotordyn.assembly.bearing_laws import (
     INTERPOLATIONS,
+    OfAnotherLaw,
     SpeedLaw,
     axis_problems,
     cubic_pieces,
@@ -72,7 +73,7 @@ class FrequencyLaw(SpeedLaw, Protocol):
 
 
 @dataclass(frozen=True, kw_only=True)
-class FrozenLaw:
+class FrozenLaw(OfAnotherLaw):
     """A frequency law at one rate, or at a frequency in proportion to the speed.
 
     Exactly one of `ratio` and `rate` is given.
@@ -83,19 +84,9 @@ class FrozenLaw:
     rate: complex | None = None
 
     @property
-    def name(self) -> str:
-        """What the law is called."""
-        return self.law.name
-
-    @property
     def size(self) -> int:
         """Number of motions."""
         return self.law.size
-
-    @property
-    def speed_range_rad_s(self) -> tuple[float, float]:
-        """Lowest and highest spin speed the law was made for, rad/s."""
-        return self.law.speed_range_rad_s
 
     def coefficients(
         self, speed_rad_s: float, stiffness_n_per_m: FloatArray, damping_n_s_per_m: FloatArray
@@ -335,25 +326,15 @@ _MIRROR = np.array([1.0, -1.0, -1.0, 1.0])
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class MirroredFrequencyLaw(AnyFrequencyLaw):
+class MirroredFrequencyLaw(OfAnotherLaw, AnyFrequencyLaw):
     """A frequency law under a shaft that turns the other way: seen in a mirror."""
 
     law: FrequencyLaw
 
     @property
-    def name(self) -> str:
-        """What the law is called."""
-        return self.law.name
-
-    @property
     def size(self) -> int:  # type: ignore[override]
         """Number of motions."""
         return self.law.size
-
-    @property
-    def speed_range_rad_s(self) -> tuple[float, float]:
-        """Lowest and highest spin speed the law was made for, rad/s."""
-        return self.law.speed_range_rad_s
 
     @property
     def knots_of_frequency(self) -> tuple[float, ...]:  # type: ignore[override]

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from solidwhirl.rotordyn.assembly.bearing_laws import OfAnotherLaw
 from solidwhirl.rotordyn.assembly.frequency_laws import AnyFrequencyLaw, FrequencyLaw
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.core.arrays import ComplexArray
@@ -23,23 +24,15 @@ _STEP, _LEAST, _FARTHEST = 0.5, 1.0 / 64.0, 0.2
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class _PartlyGrowing(AnyFrequencyLaw):
+class _PartlyGrowing(OfAnotherLaw, AnyFrequencyLaw):
     """A law, and the same as it is without growth at the frequency, in parts."""
 
     law: FrequencyLaw
     part: float
 
     @property
-    def name(self) -> str:
-        return self.law.name
-
-    @property
     def size(self) -> int:  # type: ignore[override]
         return self.law.size
-
-    @property
-    def speed_range_rad_s(self) -> tuple[float, float]:
-        return self.law.speed_range_rad_s
 
     def dynamic_stiffness(self, speed_rad_s: float, rate: complex) -> ComplexArray:
         k, c, m = self.law.at_frequency(speed_rad_s, rate.imag)

@@ -9,7 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from solidwhirl.rotordyn.assembly.bearing_laws import SpeedLaw, law_motions, law_pieces
+from solidwhirl.rotordyn.assembly.bearing_laws import (
+    OfAnotherLaw,
+    SpeedLaw,
+    law_motions,
+    law_pieces,
+)
 from solidwhirl.rotordyn.assembly.frequency_laws import frequency_law
 from solidwhirl.rotordyn.assembly.law_pieces import BearingCoefficients, LawPieces
 from solidwhirl.rotordyn.assembly.parts import Bearing
@@ -24,18 +29,10 @@ from solidwhirl.rotordyn.core.errors import AnalysisError
 
 
 @dataclass(frozen=True, kw_only=True)
-class _UncoupledLaw:
+class _UncoupledLaw(OfAnotherLaw):
     """The symmetric part of the stiffness of a law, without damping."""
 
     law: SpeedLaw
-
-    @property
-    def name(self) -> str:
-        return self.law.name
-
-    @property
-    def speed_range_rad_s(self) -> tuple[float, float]:
-        return self.law.speed_range_rad_s
 
     def coefficients(
         self, speed_rad_s: float, stiffness_n_per_m: FloatArray, damping_n_s_per_m: FloatArray
