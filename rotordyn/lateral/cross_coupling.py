@@ -12,12 +12,12 @@ import numpy as np
 
 from solidwhirl.rotordyn.assembly.coordinates import interface_row
 from solidwhirl.rotordyn.assembly.parts import End
-from solidwhirl.rotordyn.assembly.system import AssembledSystem, matrices_at_speed
+from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.modes.damping import PEAKLESS, log_decrement
 from solidwhirl.rotordyn.modes.eigen import modes_at_speed
-from solidwhirl.rotordyn.modes.nearby import nearby_modes
+from solidwhirl.rotordyn.modes.frequency_dependent import modes_near
 from solidwhirl.rotordyn.modes.whirl import interface_orbits
 
 # Steps over the range that is asked for, doublings of it in search of the loss of stability, and
@@ -179,8 +179,7 @@ def _alike(
     system: AssembledSystem, speed_rad_s: float, before: ForwardMode
 ) -> tuple[ForwardMode, float]:
     """Return the mode of a system that is most like one, and their MAC."""
-    matrices = matrices_at_speed(system, speed_rad_s)
-    near = nearby_modes(matrices, before.value, before.shape[:, None])
+    near = modes_near(system, speed_rad_s)(before.value, before.shape[:, None])
     if near is not None and near[0][0].imag > 0.0:
         mode = ForwardMode(complex(near[0][0]), _unit(system, near[1][:, 0]))
         likeness = _mac(system, before, mode.shape)

@@ -12,6 +12,7 @@ from solidwhirl.rotordyn.assembly.reactions import joint_forces
 from solidwhirl.rotordyn.assembly.system import (
     AssembledSystem,
     assemble,
+    bearing_matrices,
     gravity_load,
     matrices_at_speed,
 )
@@ -51,16 +52,14 @@ def journal_seats(
     bodies = shaft_bodies(assembled, shaft)
     found: dict[str, End] = {}
     stiffness: dict[str, float] = {}
-    laws = {joint.bearing: joint for joint in assembled.law_joints}
     for bearing in assembled.system.bearings:
         seat = seat_of(bearing, bodies)
         if seat is None:
             continue
         found[bearing.name] = seat
-        law = laws.get(bearing.name)
-        k = bearing.stiffness_n_per_m if law is None else law.coefficients(speed_rad_s)[0]
+        k, _ = bearing_matrices(assembled, bearing, speed_rad_s)
         rigid = {"ux", "uy"} & set(bearing.rigid)
-        stiffness[bearing.name] = np.inf if rigid else float(np.trace(k))
+        stiffness[bearing.name] = np.inf if rigid else float(np.trace(k[:2, :2]))
     strange = [name for name in names if name not in found]
     if strange:
         raise AnalysisError(

@@ -14,8 +14,10 @@ from solidwhirl.rotordyn.assembly.coordinates import seat_motion
 from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.assembly.system import (
     AssembledSystem,
+    at_whirl_ratio,
     gravity_load,
     matrices_at_speed,
+    speed_derivative,
 )
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
@@ -25,8 +27,6 @@ from solidwhirl.rotordyn.response.unbalance import Unbalance, frequency_ratio, u
 
 # Unbalances turn together if their frequency ratios differ by less than this fraction.
 _SAME_RATIO = 1e-12
-# Part of a speed over which matrices are differenced; those of constant bearings are quadratic.
-_BESIDE = 1e-3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -154,21 +154,21 @@ def condensed(
 
     `harmonics`: h; `rows`: motions that are wanted per coordinate, shape (m, n).
     """
-    step = _BESIDE * abs(speed_rad_s)
-    here, *beside = (
-        matrices_at_speed(forced.assembled, speed_rad_s + d) for d in (0.0, step, -step)
-    )
-    velocity = here.damping + here.gyroscopic
-    change_k = (beside[0].stiffness - beside[1].stiffness) / (2.0 * step)
-    change_c = beside[0].damping + beside[0].gyroscopic
-    change_c = (change_c - beside[1].damping - beside[1].gyroscopic) / (2.0 * step)
     ratio, omega = forced.frequency_ratio, forced.frequency_ratio * speed_rad_s
+    # bearings that depend on the frequency have that of each harmonic
+    systems = [at_whirl_ratio(forced.assembled, k * ratio) for k in range(harmonics + 1)]
+    known = {
+        id(system): (matrices_at_speed(system, speed_rad_s), speed_derivative(system, speed_rad_s))
+        for system in {id(system): system for system in systems}.values()
+    }
     found = []
-    for k, shift in enumerate(forced.shifts(harmonics)):
+    for k, (system, shift) in enumerate(zip(systems, forced.shifts(harmonics), strict=True)):
+        here, change = known[id(system)]
+        velocity = here.damping + here.gyroscopic
         held = shift * forced.motion.T @ forced.motion
         whole = here.stiffness + held - (k * omega) ** 2 * here.mass + 1j * k * omega * velocity
-        slope = change_k + 1j * k * (ratio * velocity + omega * change_c)
-        slope -= 2.0 * k**2 * ratio * omega * here.mass
+        slope = change.stiffness + 1j * k * (ratio * velocity + omega * change.velocity)
+        slope = slope - 2.0 * k**2 * ratio * omega * here.mass
         load, more = _loads(forced, k, omega)
         factors = la.lu_factor(whole, check_finite=False)
         moved = la.lu_solve(factors, np.column_stack((forced.motion.T, load)))
