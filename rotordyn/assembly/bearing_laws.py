@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 
 from solidwhirl.rotordyn.assembly.law_pieces import BearingCoefficients, LawPieces
-from solidwhirl.rotordyn.core.arrays import FloatArray, freeze_arrays
+from solidwhirl.rotordyn.core.arrays import FloatArray, Matrix, freeze_arrays
 from solidwhirl.rotordyn.core.errors import AssemblyError
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 
@@ -204,12 +204,13 @@ class _MirroredLaw(OfAnotherLaw):
         return BearingCoefficients(*(mirrored(matrix) for matrix in found))
 
 
-def mirrored(matrices: FloatArray) -> FloatArray:
+def mirrored(matrices: Matrix) -> Matrix:
     """Return matrices on (x, y) as seen in a mirror that turns y round: cross terms change sign.
 
-    `matrices`: shape (..., 2, 2).
+    `matrices`: shape (..., 2, 2), or (..., 4, 4) with the tilts rx and ry, of which rx turns round.
     """
-    return np.asarray(matrices * np.array([[1.0, -1.0], [-1.0, 1.0]]) + 0.0)
+    signs = np.array([1.0, -1.0, -1.0, 1.0])[: matrices.shape[-1]]
+    return np.asarray(matrices * np.outer(signs, signs) + 0.0)
 
 
 def mirrored_law(law: SpeedLaw) -> SpeedLaw:

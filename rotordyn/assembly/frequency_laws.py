@@ -8,7 +8,7 @@ unbalance and at critical speeds, or at one rate s, at which it is exact for one
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -18,9 +18,11 @@ from solidwhirl.rotordyn.assembly.bearing_laws import (
     SpeedLaw,
     axis_problems,
     cubic_pieces,
+    mirrored,
     refuse_own,
 )
 from solidwhirl.rotordyn.assembly.law_pieces import BearingCoefficients, LawPieces
+from solidwhirl.rotordyn.bearings.dynamic import DynamicStiffness
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, freeze_arrays
 from solidwhirl.rotordyn.core.errors import AssemblyError
 
@@ -36,7 +38,7 @@ class Coefficients(NamedTuple):
     mass_kg: FloatArray
 
 
-class FrequencyLaw(SpeedLaw, Protocol):
+class FrequencyLaw(SpeedLaw, DynamicStiffness, Protocol):
     """How the force of a bearing depends on the speed and on the rate of the motion.
 
     As a `SpeedLaw` it is taken at the frequency of the spin. `AnyFrequencyLaw` has all of it for a
@@ -58,9 +60,6 @@ class FrequencyLaw(SpeedLaw, Protocol):
     @property
     def knots_of_frequency(self) -> tuple[float, ...]:
         """Frequencies at which Z is not smooth, rising; it is constant before and beyond them."""
-
-    def dynamic_stiffness(self, speed_rad_s: float, rate: complex) -> ComplexArray:
-        """Return Z(Ω, s), shape (d, d): the force on the first side is −Z u for u e^{st}."""
 
     def at_frequency(self, speed_rad_s: float, frequency_rad_s: float) -> Coefficients:
         """Return K, C and M at a speed and a frequency, Z(iω) = K + iωC − ω²M."""
@@ -137,11 +136,14 @@ class AnyFrequencyLaw:
 
     def at_whirl_ratio(self, ratio: float) -> SpeedLaw:
         """Return the law at a multiple of the spin speed."""
-        return FrozenLaw(law=self, ratio=abs(ratio))  # type: ignore[arg-type]
+        return self._frozen(ratio=abs(ratio))
 
     def at_rate(self, rate: complex) -> SpeedLaw:
         """Return the law at one rate."""
-        return FrozenLaw(law=self, rate=complex(rate))  # type: ignore[arg-type]
+        return self._frozen(rate=complex(rate))
+
+    def _frozen(self, ratio: float | None = None, rate: complex | None = None) -> FrozenLaw:
+        return FrozenLaw(law=self, ratio=ratio, rate=rate)  # type: ignore[arg-type]
 
     def mirrored(self) -> SpeedLaw:
         """Return the law under a shaft that turns the other way: seen in a mirror."""
@@ -247,19 +249,12 @@ class FrequencyTableLaw(AnyFrequencyLaw):
 
     def mirrored(self) -> SpeedLaw:
         """Return the table under a shaft that turns the other way."""
-        signs = np.outer(_MIRROR[: self.size], _MIRROR[: self.size])
-        changed = {name: signs * getattr(self, name) + 0.0 for name in _MATRICES}
+        changed: dict[str, Any] = {name: mirrored(getattr(self, name)) for name in _MATRICES}
         return replace(self, **changed)
 
-    def at_whirl_ratio(self, ratio: float) -> SpeedLaw:
-        """Return the law at a multiple of the spin speed."""
+    def _frozen(self, ratio: float | None = None, rate: complex | None = None) -> FrozenLaw:
         kind = FrozenTable if self.size == 2 else FrozenLaw
-        return kind(law=self, ratio=abs(ratio))
-
-    def at_rate(self, rate: complex) -> SpeedLaw:
-        """Return the law at one rate."""
-        kind = FrozenTable if self.size == 2 else FrozenLaw
-        return kind(law=self, rate=complex(rate))
+        return kind(law=self, ratio=ratio, rate=rate)
 
     def pieces_at_rate(self, rate: complex) -> LawPieces:
         """Return K − |s|²M and C + 2 Re(s) M over the speed at a rate s: K + sC is Z there."""
@@ -321,8 +316,6 @@ class FrequencyTableLaw(AnyFrequencyLaw):
 
 
 _MATRICES = ("stiffness_n_per_m", "damping_n_s_per_m", "mass_kg")
-# Signs of ux, uy, rx and ry in a mirror that turns y round.
-_MIRROR = np.array([1.0, -1.0, -1.0, 1.0])
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -343,14 +336,11 @@ class MirroredFrequencyLaw(OfAnotherLaw, AnyFrequencyLaw):
 
     def dynamic_stiffness(self, speed_rad_s: float, rate: complex) -> ComplexArray:
         """Return Z(Ω, s) in the mirror."""
-        signs = _MIRROR[: self.size]
-        return np.asarray(np.outer(signs, signs) * self.law.dynamic_stiffness(speed_rad_s, rate))
+        return np.asarray(mirrored(self.law.dynamic_stiffness(speed_rad_s, rate)))
 
     def at_frequency(self, speed_rad_s: float, frequency_rad_s: float) -> Coefficients:
         """Return K, C and M in the mirror."""
-        signs = np.outer(_MIRROR[: self.size], _MIRROR[: self.size])
-        found = self.law.at_frequency(speed_rad_s, frequency_rad_s)
-        return Coefficients(*(signs * matrix for matrix in found))
+        return Coefficients(*map(mirrored, self.law.at_frequency(speed_rad_s, frequency_rad_s)))
 
 
 def frequency_law(law: SpeedLaw | None) -> FrequencyLaw | None:

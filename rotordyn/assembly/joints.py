@@ -15,7 +15,6 @@ import numpy as np
 import scipy
 import scipy.linalg as la
 
-from solidwhirl.rotordyn.assembly.bearing_laws import law_motions
 from solidwhirl.rotordyn.assembly.coordinates import Rows, seat_motion, tooth_motion
 from solidwhirl.rotordyn.assembly.parts import Gear, System
 from solidwhirl.rotordyn.core.arrays import FloatArray
@@ -90,9 +89,7 @@ def _links(system: System, slices: Mapping[str, slice]) -> list[_Link]:
         stiffness, damping = bearing.matrices()
         if bearing.speed_law is not None:
             law = bearing.speed_law.coefficients(_AT_REST, stiffness[:2, :2], damping[:2, :2])
-            held = np.ix_(*[law_motions(bearing.speed_law)] * 2)
-            stiffness[:2, :2] = 0.0
-            stiffness[held] += law.stiffness_n_per_m
+            stiffness, _ = bearing.matrices_with(law)
         for at, component in enumerate(MOTIONS):
             strength = np.inf if component in bearing.rigid else abs(stiffness[at, at])
             if strength == 0:

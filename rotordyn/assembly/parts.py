@@ -11,6 +11,7 @@ import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly import bearing_laws
 from solidwhirl.rotordyn.assembly.bearing_laws import SpeedLaw
+from solidwhirl.rotordyn.assembly.law_pieces import BearingCoefficients
 from solidwhirl.rotordyn.core.arrays import FloatArray, freeze_arrays
 from solidwhirl.rotordyn.core.reprs import MOST_LINES, count_of, lines_of, row
 from solidwhirl.rotordyn.superelement.record import Superelement
@@ -135,6 +136,18 @@ class Bearing:
         uz, rz = self.axial_stiffness_n_per_m, self.torsion_stiffness_n_m_per_rad
         uz_c, rz_c = self.axial_damping_n_s_per_m, self.torsion_damping_n_m_s_per_rad
         return la.block_diag(k, uz, tilt_k, rz), la.block_diag(c, uz_c, tilt_c, rz_c)
+
+    def matrices_with(self, found: BearingCoefficients) -> tuple[FloatArray, FloatArray]:
+        """Return stiffness and damping as `matrices`, those of its law in their places.
+
+        `found`: coefficients of the law at a speed.
+        """
+        stiffness, damping = self.matrices()
+        at = list(bearing_laws.law_motions(self.speed_law)) if self.speed_law else []
+        for matrix, own in zip((stiffness, damping), found, strict=True):
+            matrix[:2, :2] = 0.0
+            matrix[np.ix_(at, at)] += own
+        return stiffness, damping
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -18,7 +18,7 @@ from solidwhirl.rotordyn.assembly.coordinates import Placed, Rows, joint_motion,
 from solidwhirl.rotordyn.assembly.frequency_laws import FrequencyLaw, frequency_law
 from solidwhirl.rotordyn.assembly.internal_damping import body_damping
 from solidwhirl.rotordyn.assembly.joints import independent_coordinates
-from solidwhirl.rotordyn.assembly.law_pieces import LawPieces
+from solidwhirl.rotordyn.assembly.law_pieces import BearingCoefficients, LawPieces
 from solidwhirl.rotordyn.assembly.parts import Bearing, Gear, Rotor, System
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyArrays, freeze_arrays
 from solidwhirl.rotordyn.core.errors import AnalysisError, AssemblyError
@@ -276,15 +276,10 @@ def bearing_matrices(
     assembled: AssembledSystem, bearing: Bearing, speed_rad_s: float
 ) -> tuple[FloatArray, FloatArray]:
     """Return stiffness and damping of a bearing on ux, uy, uz, rx, ry, rz at a speed, (6, 6)."""
-    stiffness, damping = bearing.matrices()
     for joint in assembled.law_joints:
         if joint.bearing == bearing.name:
-            at = np.ix_(*[law_motions(joint.law)] * 2)
-            stiffness[:2, :2] = damping[:2, :2] = 0.0
-            k, c = joint.coefficients(speed_rad_s)
-            stiffness[at] += k
-            damping[at] += c
-    return stiffness, damping
+            return bearing.matrices_with(BearingCoefficients(*joint.coefficients(speed_rad_s)))
+    return bearing.matrices()
 
 
 # A system is a record that never changes; analyses ask for few ratios, and for one rate per mode.

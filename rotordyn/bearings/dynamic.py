@@ -8,10 +8,11 @@ from solidwhirl.rotordyn.core.arrays import ComplexArray
 
 
 class DynamicStiffness(Protocol):
-    """A linear bearing on (ux, uy) whose stiffness depends on the spin speed and the motion."""
+    """A linear bearing whose force depends on the spin speed and the motion."""
 
-    def dynamic_stiffness(self, speed_rad_s: float, eigenvalue: complex) -> ComplexArray:
-        """Return Z, shape (2, 2), N/m: the force on the rotor is −Z u for u e^(eigenvalue · t).
+    def dynamic_stiffness(self, speed_rad_s: float, rate: complex) -> ComplexArray:
+        """Return Z(Ω, s), N/m: the force on the first side is −Z u for a motion u e^{st}.
 
-        `speed_rad_s`: spin speed of the bearing's first side, with its sign.
+        `speed_rad_s`: spin speed Ω of the bearing's first side; `rate`: s, 1/s. On (ux, uy), shape
+        (2, 2), or (ux, uy, rx, ry), (4, 4).
         """

@@ -41,7 +41,7 @@ class MagneticBearing:
         """Return ki H(s), shape (2, 2): force at the magnet per motion at the sensors, negative."""
         return self.current_stiffness_n_per_a * self.controller.response(eigenvalue)
 
-    def dynamic_stiffness(self, speed_rad_s: float, eigenvalue: complex) -> ComplexArray:
+    def dynamic_stiffness(self, speed_rad_s: float, rate: complex) -> ComplexArray:
         """Return Z, shape (2, 2), of a bearing whose sensors are at the magnets."""
         held = self.negative_stiffness_n_per_m * np.eye(2)
-        return self.sensor_stiffness(eigenvalue) - held
+        return self.sensor_stiffness(rate) - held

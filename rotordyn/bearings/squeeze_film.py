@@ -66,10 +66,10 @@ class SqueezeFilmDamper:
             return OrbitCoefficients(0.0, float(2.0 * damping))
         return OrbitCoefficients(float(stiffness * scale * abs(whirl_rad_s)), float(damping))
 
-    def dynamic_stiffness(self, speed_rad_s: float, eigenvalue: complex) -> ComplexArray:
+    def dynamic_stiffness(self, speed_rad_s: float, rate: complex) -> ComplexArray:
         """Return Z, shape (2, 2), of the orbit run through at `whirl_ratio` times the spin."""
         found = self.coefficients(self.whirl_ratio * speed_rad_s)
-        value = found.stiffness_n_per_m + eigenvalue * found.damping_n_s_per_m
+        value = found.stiffness_n_per_m + rate * found.damping_n_s_per_m
         return np.asarray(value * np.eye(2), dtype=complex)
 
     def notes(self, whirl_rad_s: float, density_kg_per_m3: float) -> tuple[str, ...]:

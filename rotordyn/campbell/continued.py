@@ -43,10 +43,11 @@ def continued(
     two is below 0.8, or other modes are as near.
     """
     near, expected = _expected(low, high, speed_rad_s)
+    find = modes_near(assembled, speed_rad_s)
     values, shapes = np.empty_like(expected), np.empty(near.shapes.shape, dtype=complex)
     for group in together(np.abs(expected[:, None] - expected) <= _NEAR * np.abs(expected)):
         rate = complex(expected[group].mean())
-        found = modes_near(assembled, speed_rad_s, rate, near.shapes[:, group]) if rate else None
+        found = find(rate, near.shapes[:, group]) if rate else None
         if found is None:
             return None
         values[group], shapes[:, group] = found
@@ -68,10 +69,8 @@ def alone_at(
     As `continued`, but of branches that may pass through each other: shapes are not compared.
     """
     near, expected = _expected(low, high, speed_rad_s)
-    found = [
-        modes_near(assembled, speed_rad_s, complex(rate), near.shapes[:, [k]])
-        for k, rate in enumerate(expected)
-    ]
+    find = modes_near(assembled, speed_rad_s)
+    found = [find(complex(rate), near.shapes[:, [k]]) for k, rate in enumerate(expected)]
     values = [one[0][0] for one in found if one is not None]
     return np.array(values) if len(values) == len(expected) else None
 

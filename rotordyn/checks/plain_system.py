@@ -109,12 +109,9 @@ class PlainSystem:
                     _add(sums[k], sizes[k], rows, term)
         for bearing in self.system.bearings:
             rows = self.relative_motion(bearing)
-            stiffness, damping = self.coefficients(bearing, speed_rad_s, rate)
-            if isinstance(bearing.speed_law, FrequencyTableLaw):
-                own = rows[[0, 1, 3, 4][: bearing.speed_law.size]]
-                spin = abs(self.system.rotors[bearing.first.body].speed_ratio * speed_rad_s)
-                omega = spin if rate is None else abs(rate.imag)
-                _add(sums[0], sizes[0], own, _tabulated(bearing.speed_law, spin, omega)[2])
+            stiffness, damping, mass = self.coefficients(bearing, speed_rad_s, rate)
+            if mass.any():
+                _add(sums[0], sizes[0], rows, mass)
             _add(sums[1], sizes[1], rows, damping)
             _add(sums[2], sizes[2], rows, stiffness)
             if isinstance(bearing.speed_law, PolynomialLaw):
@@ -164,14 +161,14 @@ class PlainSystem:
         )
         terms = dataclasses.replace(bearing, speed_law=plus)
         spin = abs(self.system.rotors[bearing.first.body].speed_ratio * speed_rad_s)
-        stiffness, damping = _law_values(terms, spin, 1j * spin)
+        stiffness, damping, _ = _law_values(terms, spin, 1j * spin)
         return np.abs(damping), np.abs(stiffness)
 
     def coefficients(
         self, bearing: Bearing, speed_rad_s: float, rate: complex | None = None
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return stiffness and damping of a bearing on (ux ... rz) at Ω and s, each (6, 6)."""
-        stiffness, damping = np.zeros((6, 6)), np.zeros((6, 6))
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return stiffness, damping and mass of a bearing on (ux ... rz) at Ω and s, (6, 6)."""
+        stiffness, damping, mass = np.zeros((3, 6, 6))
         stiffness[:2, :2], damping[:2, :2] = bearing.stiffness_n_per_m, bearing.damping_n_s_per_m
         stiffness[2, 2] = bearing.axial_stiffness_n_per_m
         damping[2, 2] = bearing.axial_damping_n_s_per_m
@@ -184,9 +181,9 @@ class PlainSystem:
             stiffness[:2, :2] = damping[:2, :2] = 0.0
             values = _law_values(bearing, spin, 1j * spin if rate is None else rate)
             at = np.ix_(*[[0, 1, 3, 4][: len(values[0])]] * 2)
-            stiffness[at] += values[0]
-            damping[at] += values[1]
-        return stiffness, damping
+            for matrix, value in zip((stiffness, damping, mass), values, strict=True):
+                matrix[at] += value
+        return stiffness, damping, mass
 
 
 def _add(total: FloatArray, size: FloatArray, rows: FloatArray, term: FloatArray) -> None:
@@ -227,9 +224,10 @@ def _body(rotor: Rotor, spin_rad_s: float) -> tuple[list[FloatArray], ...]:
 
 def _law_values(
     bearing: Bearing, spin_rad_s: float, rate: complex
-) -> tuple[FloatArray, FloatArray]:
-    """Return stiffness and damping on (ux, uy), or with tilts, at a spin speed and a rate."""
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return stiffness, damping and mass on (ux, uy), or with tilts, at a spin speed and a rate."""
     law, own = bearing.speed_law, (bearing.stiffness_n_per_m, bearing.damping_n_s_per_m)
+    none = np.zeros((2, 2))
     if isinstance(law, TableLaw):
         speeds = law.speeds_rad_s
         at = float(np.clip(spin_rad_s, speeds[0], speeds[-1]))
@@ -243,7 +241,7 @@ def _law_values(
             from scipy.interpolate import PchipInterpolator  # takes a tenth of a second
 
             found = [PchipInterpolator(speeds, t.reshape(-1, 4))(at) for t in tables]
-        return found[0].reshape(2, 2), found[1].reshape(2, 2)
+        return found[0].reshape(2, 2), found[1].reshape(2, 2), none
     if isinstance(law, PolynomialLaw):
         x = ARGUMENT_UNITS[law.argument_unit] * spin_rad_s
         factors = [(law.stiffness_x, law.stiffness_y), (law.damping_x, law.damping_y)]
@@ -251,15 +249,15 @@ def _law_values(
             np.diag([m[a, a] * float(np.polyval(f[a][::-1], x)) for a in (0, 1)])
             for m, f in zip(own, factors, strict=True)
         )
-        return k, c
+        return k, c, none
     if isinstance(law, FrequencyTableLaw):
-        stiffness, damping, _ = _tabulated(law, spin_rad_s, abs(rate.imag))
-        return stiffness, damping
+        k, c, m = _tabulated(law, spin_rad_s, abs(rate.imag))
+        return k, c, m
     assert law is not None
     if frequency_law(law) is not None:
         law = law.at_rate(rate)  # type: ignore[attr-defined]
     other = law.coefficients(spin_rad_s, *own)
-    return other.stiffness_n_per_m, other.damping_n_s_per_m
+    return other.stiffness_n_per_m, other.damping_n_s_per_m, np.zeros_like(other.stiffness_n_per_m)
 
 
 def _tabulated(law: FrequencyTableLaw, spin_rad_s: float, frequency_rad_s: float) -> FloatArray:

@@ -15,7 +15,12 @@ import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.bearing_laws import PolynomialLaw
 from solidwhirl.rotordyn.assembly.parts import Bearing
-from solidwhirl.rotordyn.assembly.system import AssembledSystem, LawJoint, assemble
+from solidwhirl.rotordyn.assembly.system import (
+    AssembledSystem,
+    LawJoint,
+    assemble,
+    bearing_matrices,
+)
 from solidwhirl.rotordyn.core.arrays import (
     BoolArray,
     ComplexArray,
@@ -378,11 +383,7 @@ def rigid_speeds(assembled: AssembledSystem, request: MapRequest) -> tuple[Float
 def stiffness_at_rest(assembled: AssembledSystem, name: str) -> FloatArray:
     """Return k_xx and k_yy of a bearing at rest, shape (2,)."""
     bearing = next(b for b in assembled.system.bearings if b.name == name)
-    stiffness = bearing.stiffness_n_per_m
-    for joint in assembled.law_joints:
-        if joint.bearing == name:
-            stiffness = joint.coefficients(0.0)[0][:2, :2]
-    return np.diag(stiffness).astype(float)
+    return np.diag(bearing_matrices(assembled, bearing, 0.0)[0])[:2].astype(float)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)

@@ -41,7 +41,7 @@ def refined_root(
     speed, value, shapes = guess.speed, guess.value, guess.shape[:, None].astype(complex)
     before, slope = (np.nan, np.nan), -ratio
     for _ in range(_STEPS):
-        found = modes_near(assembled, speed, value, shapes)
+        found = modes_near(assembled, speed)(value, shapes)
         if found is None:
             return None
         value, shapes = complex(found[0][0]), found[1]

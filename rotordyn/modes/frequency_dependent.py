@@ -7,10 +7,11 @@ below ω, at two frequencies, tells how many are between.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import scipy.linalg as la
@@ -52,6 +53,10 @@ _STILL, _REAL = 1e-12, 1e-9
 _STEP = 1e-6
 
 
+# From a rate and what modes look like to their values and shapes; None where others are as near.
+Near: TypeAlias = Callable[[complex, ComplexArray], tuple[ComplexArray, ComplexArray] | None]
+
+
 class Frozen(NamedTuple):
     """All roots of a system with the bearings as they are at a frequency."""
 
@@ -76,40 +81,55 @@ def dependent_modes(assembled: AssembledSystem, speed_rad_s: float) -> Frozen:
     """
     edges = _edges(assembled, speed_rad_s)
     frozen = [_frozen(assembled, speed_rad_s, frequency) for frequency in edges]
-    first, last = frozen[0].spectrum, frozen[-1].spectrum
-    parts = [_chosen(first, first.eigenvalues.imag < edges[0])]
-    # a root of a table at its own frequency is one of the frozen problem, mass and all
-    if all(isinstance(law, FrequencyTableLaw) for law in assembled.frequency_laws):
-        for low, high in pairwise(frozen):
-            parts += _between(assembled, speed_rad_s, low, high)
-        parts.append(_chosen(last, last.eigenvalues.imag >= edges[-1]))
-    else:
-        parts = [_chosen(first, np.zeros(0, dtype=int))]
-        for each in frozen:
-            parts = _united(parts, _refined(assembled, speed_rad_s, each.spectrum, 0.0, np.inf))
+    parts = _roots_of(assembled, speed_rad_s, frozen)
     values = np.concatenate([part.eigenvalues for part in parts])
     shapes = np.concatenate([part.shapes for part in parts], axis=1)
     rising = np.lexsort((values.real, values.imag))
     creeps = damping_ratio(values[rising]) > CREEPING
     lively = rising[~creeps]
-    real = np.concatenate((first.real_eigenvalues, np.repeat(values[rising[creeps]].real, 2)))
+    still = frozen[0].spectrum.real_eigenvalues
+    real = np.concatenate((still, np.repeat(values[rising[creeps]].real, 2)))
     found = Spectrum(values[lively], shapes[:, lively], np.sort(real))
     return frozen[0]._replace(spectrum=found)
 
 
-def modes_near(
-    assembled: AssembledSystem, speed_rad_s: float, rate: complex, shapes: ComplexArray
-) -> tuple[ComplexArray, ComplexArray] | None:
-    """Find the modes that are nearest to a rate; arguments and result as of `nearby_modes`.
+def _roots_of(assembled: AssembledSystem, speed: float, frozen: Sequence[Frozen]) -> list[Spectrum]:
+    """Return all roots that oscillate, from those of the frozen problems at rising frequencies."""
+    first, last = frozen[0], frozen[-1]
+    omega = first.spectrum.eigenvalues.imag
+    parts = [_chosen(first.spectrum, omega < first.frequency)]
+    if not all(isinstance(law, FrequencyTableLaw) for law in assembled.frequency_laws):
+        parts = [_chosen(first.spectrum, np.zeros(omega.size, dtype=bool))]
+        for each in frozen:
+            parts = _united(parts, _refined(assembled, speed, each.spectrum, 0.0, np.inf))
+        return parts
+    # a root of a table at its own frequency is one of the frozen problem, mass and all
+    for low, high in pairwise(frozen):
+        parts += _between(assembled, speed, low, high)
+    parts.append(_chosen(last.spectrum, last.spectrum.eigenvalues.imag >= last.frequency))
+    return parts
+
+
+def modes_near(assembled: AssembledSystem, speed_rad_s: float) -> Near:
+    """Return what finds modes of a system at a speed near a rate, as `nearby_modes` does.
 
     Where bearings depend on the frequency all of them are taken as they are at the mean of the
     roots that are found, so that more than one shape is for equal roots.
     """
-    found = nearby_modes(matrices_at_speed(at_rate(assembled, rate), speed_rad_s), rate, shapes)
-    if found is None or not assembled.depends_on_frequency:
-        return found
+    if assembled.depends_on_frequency:
+        return partial(_with_own_frequency, assembled, speed_rad_s)
+    return partial(nearby_modes, matrices_at_speed(assembled, speed_rad_s))
+
+
+def _with_own_frequency(
+    assembled: AssembledSystem, speed_rad_s: float, rate: complex, shapes: ComplexArray
+) -> tuple[ComplexArray, ComplexArray] | None:
     before, miss = complex(np.nan, 0.0), complex(np.nan, 0.0)
-    for _ in range(_STEPS):
+    for _ in range(_STEPS + 1):
+        matrices = matrices_at_speed(at_rate(assembled, rate), speed_rad_s)
+        found = nearby_modes(matrices, rate, shapes)
+        if found is None:
+            return None
         shapes = found[1]
         change = complex(found[0].mean()) - rate
         if abs(change) <= _AT_REST * abs(rate):
@@ -120,10 +140,6 @@ def modes_near(
         step = -change / slope if abs(slope) > 0.1 else change
         before, miss = rate, change
         rate = complex(rate + step)
-        matrices = matrices_at_speed(at_rate(assembled, rate), speed_rad_s)
-        found = nearby_modes(matrices, rate, shapes)
-        if found is None:
-            return None
     return None
 
 
@@ -290,9 +306,9 @@ def _refined(
 ) -> list[Spectrum]:
     """Return roots found from those of a frozen problem, if their frequency is in a range."""
     found: list[Spectrum] = []
-    rates = near.eigenvalues
+    rates, find = near.eigenvalues, modes_near(assembled, speed)
     for group in together(np.abs(rates[:, None] - rates) <= _EQUAL * np.abs(rates)):
-        one = modes_near(assembled, speed, complex(rates[group].mean()), near.shapes[:, group])
+        one = find(complex(rates[group].mean()), near.shapes[:, group])
         if one is None:
             continue
         inside = (one[0].imag >= low * (1.0 - _ROUNDING)) & (one[0].imag < high * (1 - _ROUNDING))

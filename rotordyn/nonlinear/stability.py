@@ -9,6 +9,7 @@ import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, matrices_at_speed
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
+from solidwhirl.rotordyn.core.magnus import GAUSS, magnus_exponent
 from solidwhirl.rotordyn.modes.modal_truncation import project_system, rest_modes
 from solidwhirl.rotordyn.nonlinear.forced_system import ForcedSystem, decaying_response
 from solidwhirl.rotordyn.nonlinear.harmonic_balance import joint_samples, series_at
@@ -74,9 +75,7 @@ def multipliers(
     omega = small.forced.frequency_ratio * speed_rad_s
     states = _state_matrices(small, motion_m, speed_rad_s, steps)
     length = 2.0 * np.pi / (steps * omega)
-    first, second = states[0::2], states[1::2]
-    turned = first @ second - second @ first
-    whole = 0.5 * length * (first + second) - np.sqrt(3.0) / 12.0 * length**2 * turned
+    whole = magnus_exponent(length * states[0::2], length * states[1::2])
     even = np.eye(whole.shape[1]) + whole @ whole / 12.0
     each = np.linalg.solve(even - 0.5 * whole, even + 0.5 * whole)
     while len(each) > 1:
@@ -91,7 +90,7 @@ def _state_matrices(
     """State matrices of small motions (σ a, a') at two Gauss points of each step, (2s, 2m, 2m)."""
     omega = small.forced.frequency_ratio * speed_rad_s
     mass, damping, gyroscopic, stiffness = matrices_at_speed(small.system, speed_rad_s)
-    at = (np.arange(steps)[:, None] + 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0)).ravel()
+    at = np.add.outer(np.arange(steps), GAUSS).ravel()
     values, slopes = series_at(2.0 * np.pi * at / steps, len(motion_m) // 2)
     found = joint_samples(small.forced, values @ motion_m, omega * (slopes @ motion_m))
     pushed = la.solve(mass, small.motion.T, assume_a="pos")

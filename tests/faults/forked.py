@@ -15,6 +15,7 @@ import traceback
 from pathlib import Path
 
 import matplotlib.backends.backend_agg  # noqa: F401
+from of_the_run import OF_THE_RUN
 
 import solidwhirl.output.documents
 import solidwhirl.rotordyn.plots.errors
@@ -25,15 +26,6 @@ from solidwhirl.files.run_folder import verify_folder
 
 assert "mpi4py.MPI" not in sys.modules
 surroundings()  # once: the digest of the program is the same in all forks
-# Times, memory and where stages came from: what two runs may differ in.
-_OWN = {
-    "timings_s",
-    "dense_problems",
-    "body_problems",
-    "peak_memory_gib",
-    "predicted_cost",
-    "stages",
-}
 _LIMIT_S = 60.0
 
 
@@ -93,7 +85,7 @@ def numbers(out):
         document = json.loads((Path(out) / "results.json").read_text(encoding="utf-8"))
     except FileNotFoundError:
         return None
-    return {key: value for key, value in document.items() if key not in _OWN}
+    return {key: value for key, value in document.items() if key not in OF_THE_RUN}
 
 
 def differences(first, second, where=""):

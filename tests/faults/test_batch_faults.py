@@ -15,6 +15,7 @@ from pathlib import Path
 
 import pytest
 from jobs import SOLID, mpirun, ranks_of
+from of_the_run import OF_THE_RUN
 from ranks import CLEAN
 
 from solidwhirl.batch.schedule import predicted_cost
@@ -31,15 +32,6 @@ pytestmark = [
 SCRIPT = Path(__file__).with_name("batch.py")
 # Time in which a job must be gone; an undisturbed one takes less.
 LIMIT_S = 300.0
-# What depends on the run and not on the scene.
-OF_THE_RUN = (
-    "timings_s",
-    "dense_problems",
-    "body_problems",
-    "peak_memory_gib",
-    "predicted_cost",
-    "stages",
-)
 
 
 def start(ranks, fault, *arguments):

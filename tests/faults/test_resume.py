@@ -6,21 +6,14 @@ import tomllib
 
 import numpy as np
 import pytest
+from of_the_run import OF_THE_RUN
 
 from solidwhirl.scene_reading.reader import parse_scene
 
 pytestmark = pytest.mark.solver
 
 # What two runs of one scene may differ in.
-OWN = {
-    "timings_s",
-    "dense_problems",
-    "body_problems",
-    "peak_memory_gib",
-    "predicted_cost",
-    "stages",
-    "scene",
-}
+OWN = OF_THE_RUN | {"scene"}
 
 
 @pytest.fixture(scope="module")

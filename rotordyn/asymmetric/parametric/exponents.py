@@ -18,9 +18,7 @@ import scipy.linalg as la
 from solidwhirl.rotordyn.assembly.system import Side
 from solidwhirl.rotordyn.asymmetric.parametric.basis import fastest_rate, search_basis
 from solidwhirl.rotordyn.asymmetric.parametric.floquet import (
-    GAUSS,
     exponentials,
-    magnus_exponent,
     state_rates,
     with_angle,
 )
@@ -29,6 +27,7 @@ from solidwhirl.rotordyn.asymmetric.periodic import PeriodicSystem
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, Matrix
 from solidwhirl.rotordyn.core.dense import eigensolver_rounding
 from solidwhirl.rotordyn.core.errors import AnalysisError
+from solidwhirl.rotordyn.core.magnus import GAUSS, magnus_exponent
 from solidwhirl.rotordyn.modes.damping import NEUTRAL
 from solidwhirl.rotordyn.stability.eigenvalue_paths import Spectral, Stretch, paired
 

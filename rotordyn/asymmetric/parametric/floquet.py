@@ -13,6 +13,7 @@ import scipy.linalg as la
 from solidwhirl.rotordyn.asymmetric.periodic import PeriodicSystem
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, Matrix
 from solidwhirl.rotordyn.core.errors import AnalysisError
+from solidwhirl.rotordyn.core.magnus import GAUSS, magnus_exponent
 
 # Steps of a period to begin with, for each radian of the fastest motion, and doublings at most.
 _FEWEST, _PER_RADIAN, _DOUBLINGS = 16, 0.25, 8
@@ -20,8 +21,6 @@ _FEWEST, _PER_RADIAN, _DOUBLINGS = 16, 0.25, 8
 _SERIES = 1.0 / np.array([factorial(k) for k in range(16)], dtype=float).reshape(4, 4)
 # Steps that are taken at once.
 _TOGETHER = 256
-#: Gauss points of a step.
-GAUSS = (0.5 - np.sqrt(3.0) / 6.0, 0.5 + np.sqrt(3.0) / 6.0)
 
 
 class Multipliers(NamedTuple):
@@ -122,12 +121,6 @@ def with_angle(parts: Mapping[int, Matrix], angles: FloatArray) -> FloatArray:
         if h > 0:
             out += 2.0 * np.tensordot(np.exp(1j * h * angles), part, axes=0).real
     return np.asarray(out)
-
-
-def magnus_exponent(early: FloatArray, late: FloatArray) -> FloatArray:
-    """Return the exponent of a step from h A at its Gauss points, one or many (k, m, m)."""
-    both = late @ early - early @ late
-    return np.asarray(0.5 * (early + late) + np.sqrt(3.0) / 12.0 * both)
 
 
 def exponentials(matrices: FloatArray) -> FloatArray:
