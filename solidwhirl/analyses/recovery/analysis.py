@@ -56,7 +56,7 @@ class RecoverySpec(Analysis):
     section = PageSection(
         "recovery",
         "Stress and displacement in the bodies",
-        "Fields in the solid bodies in modes, responses and instants of run-ups.",
+        "Fields in the solid bodies in steady spin, modes, responses and instants of run-ups.",
         110,
     )
     suffixes = ()
@@ -205,7 +205,8 @@ def stress_chart(states: Sequence[Document]) -> Chart:
         title="Largest von Mises stress",
         caption="Over the body and the cycle: of the state alone, of the centrifugal load at its "
         "speed, and of both together. A mode without a given amplitude is scaled to 1 mm, so its "
-        "stress is no stress of the engine and has no sum.",
+        "stress is no stress of the engine and has no sum. At re-entrant corners without fillet it "
+        "grows without limit as the mesh becomes finer.",
         alt="Bars of the largest von Mises stress of each state; the table has the numbers.",
         x=Axis(label="state and body", places=[f"{s['state']}, {body}" for s, body, _ in rows]),
         y=Axis(label="von Mises stress", unit="MPa"),
