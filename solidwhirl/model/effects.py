@@ -17,6 +17,7 @@ from solidwhirl.meshing.imported.records import AnyBody, is_asymmetric
 from solidwhirl.model.mesh_bodies import base_plan, build_mesh_bodies, mesh_plan
 from solidwhirl.model.plan_records import BodyPlan, Effect, Plan
 from solidwhirl.model.resolution import choose_resolution
+from solidwhirl.model.static_loads import load_case, loaded_bearings
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
 from solidwhirl.scene.bearing_physics import AbsoluteLaw
@@ -54,6 +55,7 @@ def make_plan(scene: Scene, bodies: Mapping[str, Body], level: str | None = None
             or any(spec.speed_ratio for spec in scene.imported.values()),
         ),
         *_called_for(scene),
+        *_static_loads(scene),
         _asymmetry(list(asymmetric)),
         *_estimates(scene, meshed=bool(scene.finite_element_bodies())),
         _recovery(scene),
@@ -176,6 +178,19 @@ def _called_for(scene: Scene) -> tuple[Effect, ...]:
         on = asked != "off" and (bool(needed) or asked == "on")
         out.append(Effect(name=name, on=on, why=why, cost=cost))
     return tuple(out)
+
+
+def _static_loads(scene: Scene) -> tuple[Effect, ...]:
+    """Tables over the load, where the scene has any."""
+    case, bearings = load_case(scene), ", ".join(loaded_bearings(scene))
+    if case is None:
+        return ()
+    why = (
+        f"tables over the load are read at the static loads of {case.label!r}, at each of their "
+        f"speeds: {bearings}"
+    )
+    cost = "static solutions at the speeds of the tables until loads and coefficients agree"
+    return (Effect(name="static_loads", on=True, why=why, cost=cost),)
 
 
 def _damped_joints(scene: Scene) -> list[str]:

@@ -16,10 +16,10 @@ from solidwhirl.core.blocks import AnalysisBlock, Table, Text, numbers
 from solidwhirl.core.fields import MOST, Finite, Name, NotNegative, Place, Record
 from solidwhirl.core.outcome import Outcome, PageSection
 from solidwhirl.core.plain_data import Labels
-from solidwhirl.rotordyn import AssembledSystem, Bearing, End
+from solidwhirl.rotordyn import AssembledSystem, Bearing, End, FrequencyTableLaw, TableLaw
 from solidwhirl.rotordyn.assembly.bearing_notes import bearing_notes, note_lines
 from solidwhirl.rotordyn.core.arrays import FloatArray
-from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
+from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
 from solidwhirl.rotordyn.estimates.static_errors import static_errors
 from solidwhirl.rotordyn.plots.chart import Chart
 from solidwhirl.rotordyn.plots.static import Arrow, LoadedLine, LoadedState, static_chart
@@ -36,6 +36,8 @@ Vector = tuple[Finite, Finite, Finite]
 _ZERO = (0.0, 0.0, 0.0)
 # Loads and motions below this fraction of the largest have no direction.
 _ROUNDING = 1e-9
+# Loads that differ by less are told as one.
+_SAME_LOAD = 1e-6
 
 
 class StaticForceSpec(Record):
@@ -108,15 +110,17 @@ class StaticSpec(base.Analysis):
             for f in self.forces
         )
 
+    def response(self, system: AssembledSystem, speed_rad_s: float) -> StaticResponse:
+        """Return the response of a system to the loads at a speed of the reference shaft."""
+        torques = {one.gear: one.torque_n_m for one in self.gears}
+        return static_response(system, self.gravity_m_per_s2, self.points, torques, speed_rad_s)
+
     def run(self, engine: base.Engine) -> Outcome:
         """Static response at each speed."""
-        torques = {one.gear: one.torque_n_m for one in self.gears}
         speeds = [rpm * RAD_S_PER_RPM for rpm in self.speeds_rpm]
         documents = []
         for rpm, speed in zip(self.speeds_rpm, speeds, strict=True):
-            found = static_response(
-                engine.system, self.gravity_m_per_s2, self.points, torques, speed
-            )
+            found = self.response(engine.system, speed)
             errors = static_errors(engine.system, self.gravity_m_per_s2, found)
             documents.append(
                 {
@@ -135,6 +139,7 @@ class StaticSpec(base.Analysis):
                 "forces": [force.model_dump() for force in self.forces],
                 "gears": [gear.model_dump() for gear in self.gears],
                 "speeds": documents,
+                "law_loads": _law_loads(engine.system),
                 "notes": list(notes),
             },
             headline=_headline(documents[0]),
@@ -160,6 +165,7 @@ class StaticSpec(base.Analysis):
         document = found.document
         notes = [Text(text=note, kind="warning") for note in document["notes"]]
         tables = [_bearing_table(document), _body_table(document)]
+        tables += [_law_table(document)] if document["law_loads"] else []
         return [*_charts(document, document["speeds"]), *tables, _balance_text(document), *notes]
 
     @classmethod
@@ -238,6 +244,20 @@ def _response_document(system: AssembledSystem, found: StaticResponse) -> dict[s
             },
         },
     }
+
+
+def _law_loads(system: AssembledSystem) -> dict[str, Any]:
+    """Loads that the laws of bearings are of, at the speeds of their rows."""
+    found = {}
+    for bearing in system.system.bearings:
+        law = bearing.speed_law
+        if isinstance(law, TableLaw | FrequencyTableLaw) and law.static_loads_n is not None:
+            found[bearing.name] = {
+                "law": law.name,
+                "speed_of_its_rotor_rpm": (law.speeds_rad_s * RPM_PER_RAD_S).tolist(),
+                "load_n": law.static_loads_n.tolist(),
+            }
+    return found
 
 
 def _axial(system: AssembledSystem, end: End) -> float:
@@ -368,6 +388,34 @@ def _bearing_table(document: Mapping[str, Any]) -> Table:
         "Attitude: from the load to the motion in the bearing, by its stiffness. Slopes are those "
         "of the journal.",
     )
+
+
+def _law_table(document: Mapping[str, Any]) -> Table:
+    rows = []
+    for name, own in document["law_loads"].items():
+        speeds, loads = own["speed_of_its_rotor_rpm"], own["load_n"]
+        for low, high in _runs(loads):
+            span = [f"{rpm:.6g}" for rpm in dict.fromkeys((speeds[low], speeds[high]))]
+            rows.append([name, own["law"], " to ".join(span), float(loads[low])])
+    return Table(
+        title="Loads that tables over the load are read at",
+        head=["bearing", "law", "speed of its rotor [rpm]", "load [N]"],
+        rows=rows,
+        caption="Every analysis takes the coefficients of these loads, which are in equilibrium "
+        "with them.",
+    )
+
+
+def _runs(loads: Sequence[float]) -> list[tuple[int, int]]:
+    """First and last place of neighbours that are one load but for rounding."""
+    found = [(0, 0)]
+    for k in range(1, len(loads)):
+        low = found[-1][0]
+        if abs(loads[k] - loads[low]) <= _SAME_LOAD * abs(loads[low]):
+            found[-1] = (low, k)
+        else:
+            found.append((k, k))
+    return found
 
 
 def _degrees(value: float | None) -> str | None:
