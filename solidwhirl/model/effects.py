@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from solidwhirl.analyses.kinds.run_up import RunUpSpec
+from solidwhirl.analyses.kinds.static import StaticSpec
 from solidwhirl.analyses.registry import KINDS
 from solidwhirl.geometry import Body
 from solidwhirl.meshing.imported.records import AnyBody, is_asymmetric
@@ -284,6 +285,8 @@ def _refuse_kinds(scene: Scene, asymmetric: list[str]) -> None:
                 f"that are the same in all directions, and {', '.join(asymmetric)} bend unlike in "
                 "two planes; leave it out"
             )
+        if isinstance(analysis, StaticSpec):
+            _refuse_static(scene, f"analyses[{k}]", analysis, asymmetric)
         if analysis.of_bodies in ("any", wanted):
             continue
         where = f"analyses[{k}].kind: {analysis.kind!r} is"
@@ -298,6 +301,29 @@ def _refuse_kinds(scene: Scene, asymmetric: list[str]) -> None:
             f"bend unlike in two planes: in fixed axes their matrices change with the angle; "
             f"allowed are {', '.join(known)} (every run has critical speeds, unstable ranges "
             "and diagrams in both frames)"
+        )
+
+
+def _refuse_static(scene: Scene, where: str, analysis: StaticSpec, asymmetric: list[str]) -> None:
+    """Refuse what static loads of bodies that bend unlike in two planes can't be, or of others."""
+    if not asymmetric:
+        if analysis.angles_deg != (0.0,):
+            raise AnalysisError(
+                f"{where}.angles_deg: is of bodies that bend unlike in two planes; here all are "
+                "the same in all directions: leave it out"
+            )
+        return
+    named = f"{', '.join(asymmetric)} bend unlike in two planes"
+    if any(analysis.speeds_rpm):
+        raise AnalysisError(
+            f"{where}.speeds_rpm: {named}, so that weight shakes them twice per turn: static is at "
+            'rest, at angles_deg; at speed "asymmetric_response" with gravity_m_per_s2 has mean '
+            "deflection and shaking"
+        )
+    if load_case(scene) is not None:
+        raise AnalysisError(
+            f"{where}: {named}, so that their bearings have no one load; give load_n in place of "
+            "load_from"
         )
 
 
