@@ -11,6 +11,7 @@ from solidwhirl.analyses.kinds.api617 import Api617Spec
 from solidwhirl.analyses.kinds.asymmetric_response import AsymmetricResponseSpec
 from solidwhirl.analyses.kinds.bearing_laws import BearingLawsSpec
 from solidwhirl.analyses.kinds.critical_speed_map import CriticalSpeedMapSpec
+from solidwhirl.analyses.kinds.level_comparison import LevelComparisonSpec
 from solidwhirl.analyses.kinds.mode_shapes import ModeShapesSpec
 from solidwhirl.analyses.kinds.nodal_diameters import NodalDiametersSpec
 from solidwhirl.analyses.kinds.nonlinear_response import NonlinearResponseSpec
@@ -44,7 +45,8 @@ AnalysisSpec = Annotated[
     | RecoverySpec
     | NodalDiametersSpec
     | AsymmetricResponseSpec
-    | NonlinearResponseSpec,
+    | NonlinearResponseSpec
+    | LevelComparisonSpec,
     Field(discriminator="kind"),
 ]
 
