@@ -125,7 +125,7 @@ def examples(*lines: str) -> str:
 def chosen_scene(path: Path, level: str | None, accuracy: float | None) -> Scene:
     """Read a scene, with the values of the command line in place of its own.
 
-    Raises SceneError: the file or an option is refused.
+    As beams, its bodies have no stress: recoveries of them are left out, with a warning. Raises SceneError: the file or an option is refused.
     """
     from solidwhirl.scene_checks.recovery_references import recovery_problems
     from solidwhirl.scene_reading.analysis_checks import analysis_problems
@@ -139,11 +139,28 @@ def chosen_scene(path: Path, level: str | None, accuracy: float | None) -> Scene
         raise SceneError("command line", problems) from error
     if level is None:  # its analyses were looked at with the file
         return changed
+    if level == "beam":
+        changed = _without_recoveries(changed)
     # what an analysis needs may be there on the scene's own level alone
     problems = [f"--level: {p}" for p in (*recovery_problems(changed), *analysis_problems(changed))]
     if problems:
         raise SceneError("command line", problems)
     return changed
+
+
+def _without_recoveries(scene: Scene) -> Scene:
+    from solidwhirl.analyses.recovery.analysis import RecoverySpec
+
+    left = [
+        a.label
+        for a in scene.analyses
+        if isinstance(a, RecoverySpec) and set(a.bodies) & set(scene.bodies)
+    ]
+    if left:
+        said = f"--level beam leaves out {', '.join(left)}: beams have no stress to recover"
+        typer.echo(f"warning: {said}", err=True)
+    kept = tuple(a for a in scene.analyses if a.label not in left)
+    return scene.model_copy(update={"analyses": kept})
 
 
 def _option_problem(error: Any) -> str:
