@@ -125,7 +125,9 @@ def examples(*lines: str) -> str:
 def chosen_scene(path: Path, level: str | None, accuracy: float | None) -> Scene:
     """Read a scene, with the values of the command line in place of its own.
 
-    As beams, its bodies have no stress: recoveries of them are left out, with a warning. Raises SceneError: the file or an option is refused.
+    As beams, its bodies have no stress: recoveries of them are left out, with a warning.
+
+    Raises SceneError: the file or an option is refused.
     """
     from solidwhirl.scene_checks.recovery_references import recovery_problems
     from solidwhirl.scene_reading.analysis_checks import analysis_problems
