@@ -27,7 +27,7 @@ def check(found, count):
 
 
 def test_next_run_finishes(script, scene_path, tmp_path):
-    check(script("killed.py", scene_path("one_body"), tmp_path, 4, 1), 4)
+    check(script("killed.py", scene_path("one_body"), tmp_path, 4, 1, "--no-pictures"), 4)
 
 
 @pytest.mark.verify

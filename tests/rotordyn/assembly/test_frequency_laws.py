@@ -52,7 +52,7 @@ def _shaft(laws, ratio=1.0):
     """A shaft with a wheel on two films."""
     element = steel_shaft(
         "rotor",
-        np.linspace(0, 0.9, 7),
+        np.linspace(0, 0.9, 5),
         0.03,
         {"a": 0.0, "m": 0.45, "b": 0.9},
         [(0.45, 30.0, 0.4, 0.2)],
@@ -130,7 +130,7 @@ def test_maxwell_element_against_the_closed_form(time_s):
     np.testing.assert_allclose(found.eigenvalues[lateral], right, rtol=1e-10)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_modes_of_tables_are_all_there(seed):
     """Each is a root; brute force counts as many: frozen roots whose frequency is passed."""
     system = _shaft([_table(seed, mass=0.0), _table(seed + 10, mass=0.0)])
