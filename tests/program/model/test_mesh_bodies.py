@@ -66,7 +66,7 @@ MODEL = {
     "estimates": "off",
     "level": "solid",
     "size_m": 0.1,
-    "corner_size_m": 0.06,
+    "corner_size_m": 0.04,
     "growth": 1.5,
 }
 

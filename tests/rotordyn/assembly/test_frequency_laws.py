@@ -174,7 +174,7 @@ def test_added_mass_is_mass():
     assert np.count_nonzero(modes.eigenvalues.imag < 5e3) == np.count_nonzero(right.imag < 5e3)
 
 
-@pytest.mark.parametrize(("seed", "mass"), [(2, 0.0), (5, 0.0), (2, 6.0)])
+@pytest.mark.parametrize(("seed", "mass"), [(5, 0.0), (2, 6.0)])
 def test_critical_speeds_are_roots_and_all_there(seed, mass):
     """Im λ = Ω at each; their number is that by which modes below the line change."""
     system = _shaft([_table(seed, mass=mass), _table(seed + 7, mass=mass)])
