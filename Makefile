@@ -11,6 +11,8 @@ PROGRAM := $(shell find geometry meshing reduction rotordyn solidwhirl -type f !
 CHOSEN = $(foreach s,$(SCENES),$(if $(filter %.toml,$(s)),$(s),scenes/$(s).toml))
 BATCH = $(if $(filter file,$(origin OUT)),out/batch,$(OUT))
 export OPENBLAS_NUM_THREADS := 1
+# modules are compiled once, not by every process, also where the shell forbids it
+export PYTHONDONTWRITEBYTECODE :=
 # ranks on one machine: allow root and more ranks than cores, and let waiting ranks sleep
 export OMPI_ALLOW_RUN_AS_ROOT := 1
 export OMPI_ALLOW_RUN_AS_ROOT_CONFIRM := 1

@@ -71,6 +71,8 @@ LONG = {
         ".venv/bin/solidwhirl study scenes/laval.toml --out out/study/laval --quick",
         ".venv/bin/solidwhirl study scenes/laval.toml --out out/study/laval",
     ),
+    # a quarter of a minute of jobs; what is kept of them: tests/program/cost
+    "docs/tutorial.md": ("solidwhirl doctor --calibrate",),
     "docs/verification.md": (
         ".venv/bin/solidwhirl run free_rotor.toml --out out/free_rotor",
         ".venv/bin/solidwhirl run scenes/ferraris.toml --accuracy 1e-5 "

@@ -80,7 +80,7 @@ def radius(value):
 def scenes(one_body):
     """Eight scenes of harmonic level, of the same cost but for the last, the largest."""
     found = [one_body(f"s{k}", **radius(0.11 + 0.002 * k)) for k in range(7)]
-    fine = {'estimates = "off"': 'estimates = "off", size_m = 0.004, corner_size_m = 0.004'}
+    fine = {'estimates = "off"': 'estimates = "off", size_m = 0.006, corner_size_m = 0.006'}
     return [*found, one_body("largest", **fine)]
 
 

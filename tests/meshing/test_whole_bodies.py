@@ -83,6 +83,8 @@ CASES = {
     "counts of 5 and 1": (replace(HOLE, count=5), replace(KEY, angle_deg=17.0)),
     "a flat through the bearing seat": (replace(FLAT, count=2), replace(KEY, angle_deg=90.0)),
 }
+# One of each kind of feature, meshed with all tests.
+QUICK = ("keyway", "flats", "cut", "blind holes", "twisted blade", "poles")
 
 
 def carrying(*features):
@@ -105,7 +107,7 @@ def meshes():
 
 @pytest.mark.parametrize(
     "case",
-    often(CASES, "keyway", "flats", "cut", "blind holes", "twisted blade", "poles"),
+    often(CASES, *QUICK),
 )
 def test_mass_centre_and_inertia_are_those_of_the_drawing(meshes, case):
     """As integrals over the mesh; arcs of second order, 24 around, lack some 3e-6 of a shaft."""
@@ -129,7 +131,7 @@ def turned_onto_itself(mesh, matrix):
     return gap.max() < 1e-14 and np.array_equal(*rows)
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", often(CASES, *QUICK, "twisted blades", "keyway and turned hole"))
 def test_what_leaves_the_features_leaves_the_mesh(meshes, case):
     item, mesh = meshes(case)
     count, angle = sector_count(item.features), mirror_angle(item)
@@ -188,7 +190,11 @@ def test_a_full_circle_is_not_drawn_as_one(meshes):
 
 
 @pytest.mark.parametrize(
-    "case", ["keyway", "flats", "poles", "twisted blades", "counts of 5 and 1"]
+    "case",
+    often(
+        ["keyway", "flats", "poles", "twisted blades", "counts of 5 and 1"],
+        *("keyway", "flats", "poles", "twisted blades"),
+    ),
 )
 def test_numbers_are_predicted(meshes, case):
     item, mesh = meshes(case)

@@ -53,7 +53,9 @@ def test_doubts_are_said_in_quiet(run, laval):
     assert last.startswith("warning: bearings: 'rotor' is held by one bearing only ('left')")
 
 
-@pytest.mark.parametrize("options", [("-q",), ("--json",), ()])
+@pytest.mark.parametrize(
+    "options", [("-q",), pytest.param(("--json",), marks=pytest.mark.verify), ()]
+)
 def test_an_accuracy_that_is_not_met_is_the_last_line(run, laval, tmp_path, options):
     # a thick shaft, whose beam theories differ
     thick = laval.replace('"light_steel"', '"steel"').replace("radius_m = 0.01 ", "radius_m = 0.1 ")

@@ -107,7 +107,7 @@ EXTRAPOLATED = 1.5e-3
 def test_bladed_disk_at_rest_and_at_speed():
     """Errors of a coarse sector lie between those of the extrapolation and the estimates."""
     body = bladed_disk()
-    mesh = mesh_sector(body, MeshSize(size_m=0.02, corner_size_m=0.006, growth=0.6))
+    mesh = mesh_sector(body, MeshSize(size_m=0.02, corner_size_m=0.009, growth=0.6))
     speed = 6000.0 * np.pi / 30.0
     request = CyclicRequest(
         level="solid", indices=(0, 1, 2), held=("bore",), degree=2, modes=5,

@@ -20,6 +20,7 @@ from whole_circle import Turning, _material, _turning, rates
 sys.path.append(str(Path(__file__).parents[1] / "meshing"))
 from shapes import bladed_disk, plane, section
 from shapes import body as body_of
+from sometimes import often
 
 from solidwhirl.meshing import MeshSize
 from solidwhirl.meshing.own.features.sector import mesh_whole_body
@@ -135,11 +136,11 @@ def test_a_mesh_that_turns_by_another_angle(fan):
     assert other.free_frequencies_hz == pytest.approx(element.free_frequencies_hz, rel=1e-5)
 
 
-@pytest.mark.parametrize("flatter", [0.0, 4e-3])
+@pytest.mark.parametrize("flatter", often([0.0, 4e-3], 4e-3))
 def test_what_a_mean_over_turns_changes_is_half_of_what_pairs_are_apart(flatter):
     """A rod that is a little elliptic, as a body of revolution, against its own axes."""
     rod = body_of(section("rod", 0.0, 0.3, 0.0, 0.02), interfaces=(plane("end", 0.0),))
-    body, mesh = whole_of(rod, MeshSize(size_m=0.02, corner_size_m=0.02, growth=1.0, around=6))
+    body, mesh = whole_of(rod, MeshSize(size_m=0.03, corner_size_m=0.03, growth=1.0, around=6))
     mesh = replace(mesh, points=mesh.points * [1.0 + flatter, 1.0 - flatter, 1.0])
     asked = ASKED | {"modes": 4, "maximum_speed_rad_s": 0.0, "gyroscopic": False}
     asked |= {"centrifugal": False, "accuracy": 1e-3}

@@ -38,7 +38,7 @@ COARSE = MeshSize(size_m=0.04, corner_size_m=0.02, growth=1.0)
 TOP = 3000.0
 ASKED = {
     "components": COMPONENTS,
-    "modes": 3,
+    "modes": 2,
     "maximum_speed_rad_s": TOP,
     "gyroscopic": True,
     "centrifugal": True,

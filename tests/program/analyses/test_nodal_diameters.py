@@ -53,7 +53,10 @@ def _data(blades=(), **asked):
                 "density_kg_per_m3": 7800.0, "youngs_modulus_pa": 2e11, "poissons_ratio": 0.3,
             }
         },
-        "model": {"size_m": 0.02, "corner_size_m": 0.008, "modes": 6},
+        "model": {
+            "size_m": 0.02, "corner_size_m": 0.008, "modes": 6,
+            "estimates": "off" if blades else "on",
+        },
         "speeds": {"list_rpm": [0.0, 3000.0]},
         "campbell": {"branches": 2},
         "bodies": {"rotor": rotor},

@@ -78,7 +78,7 @@ def test_more_modes_are_taken_where_truncation_is_what_is_wrong(run, monkeypatch
     """A fine mesh is given, so only the basis can follow the accuracy."""
     # static answers to the spin would be enough
     monkeypatch.setattr("solidwhirl.bodies.reduction._SPIN_SHARE", 0.0)
-    results = run(accuracy=1e-5, size_m=0.05, corner_size_m=4e-3, order=3)
+    results = run(accuracy=1e-5, size_m=0.1, corner_size_m=8e-3, order=3)
     first, last = results.rounds[0], results.rounds[-1]
     assert first.parts["mode_truncation"] > 0.2e-5
     assert last.modes["rotor"] > first.modes["rotor"]

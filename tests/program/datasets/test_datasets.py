@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import tomllib
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -26,7 +26,6 @@ from solidwhirl.datasets.results import (
     write_netcdf,
 )
 from solidwhirl.output.documents import write_results
-from solidwhirl.pipeline.run import run_scene
 from solidwhirl.rotordyn import (
     Bearing,
     Disk,
@@ -44,10 +43,12 @@ from solidwhirl.rotordyn.response.maps import ground_motion_map
 from solidwhirl.rotordyn.response.unbalance import Unbalance, unbalance_response
 from solidwhirl.rotordyn.run_up.integration import run_up
 from solidwhirl.rotordyn.run_up.speed_profile import ramp_and_hold
-from solidwhirl.scene_reading.reader import parse_scene
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "page"))
+
+from everything import everything
 
 RPM = np.pi / 30.0
-EVERYTHING = Path(__file__).resolve().parents[1] / "page" / "everything.toml"
 
 
 @pytest.fixture(scope="module")
@@ -77,13 +78,7 @@ def diagram(system):
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     """Results with every kind of analysis but recovery, and their folder."""
-    data = tomllib.loads(EVERYTHING.read_text(encoding="utf-8"))
-    data["model"]["estimates"] = "off"  # those of a run are tested with the twin rotor
-    data["campbell"]["branches"] = 6
-    for entry in data["analyses"]:
-        if entry["kind"] == "run_up":
-            entry.update(ramp_s=0.3, hold_s=0.1, compare_flexible=[], bands_hz=[])
-    results = run_scene(parse_scene(data))
+    results = everything().results
     return results, write_results(results, tmp_path_factory.mktemp("x") / "run", pictures=False)
 
 

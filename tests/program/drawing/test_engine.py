@@ -38,7 +38,8 @@ def _reach(group):
 def test_rings_lie_around_their_shaft_and_casings_around_all(geared):
     scene = beam_scene("turbocharger", analyses=())
     slow = scene.speeds.model_copy(update={"to_rpm": 100.0, "count": 2})
-    rings = _drawn(run_scene(scene.model_copy(update={"speeds": slow})))
+    few = scene.campbell.model_copy(update={"branches": 2})
+    rings = _drawn(run_scene(scene.model_copy(update={"speeds": slow, "campbell": few})))
     groups = {g.title: g for g in rings.shapes if isinstance(g, Group)}
     (low, high), shaft = _reach(groups["turbine_ring"]), _reach(groups["rotor"])
     assert all(isinstance(s, Line) for s in groups["turbine_ring"].shapes)

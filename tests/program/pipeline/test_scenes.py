@@ -250,9 +250,13 @@ def test_masses_of_bodies():
 
 
 @pytest.mark.solver
-def test_crank_mesh_turns_in_its_own_axes(computed):
-    """Unbalance is mass times offset; rigid motions keep their checks beside a rigid flywheel."""
-    found = computed("crank_mesh")
+def test_crank_mesh_turns_in_its_own_axes(scene_data):
+    """Unbalance is mass times offset; rigid motions keep their checks beside a rigid flywheel.
+
+    In few modes, which is enough for this; as it stands the scene is run by `make verify`.
+    """
+    data = scene_data("crank_mesh") | {"model": {"estimates": "off", "modes": 3}, "analyses": []}
+    found = run_scene(parse_scene(data, folder=SCENES[0].parent))
     assert not [c for c in found.checks if c.passed is False]
     asymmetry = found.asymmetry
     (departure,) = asymmetry.departures.values()

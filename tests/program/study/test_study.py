@@ -35,7 +35,8 @@ def quick(request, scene_path, tmp_path_factory):
     said, out = [], tmp_path_factory.mktemp("study")
     with pytest.MonkeyPatch.context() as patch:
         if request.param == "short":
-            short = replace(QUICK, graded={2: (-1, 0, 2)}, solid=(-1, 1))
+            adaptive = {"harmonic": QUICK.adaptive["harmonic"]}
+            short = replace(QUICK, graded={2: (-1, 0, 2)}, solid=(-1,), adaptive=adaptive)
             patch.setattr(study_run, "QUICK", short)
             patch.setattr(study_run, "measured_apart", lambda case, _: measured(case))
         done = study_command(scene_path, out, said.append, quick=True)

@@ -52,7 +52,7 @@ def _shaft(laws, ratio=1.0):
     """A shaft with a wheel on two films."""
     element = steel_shaft(
         "rotor",
-        np.linspace(0, 0.9, 7),
+        np.linspace(0, 0.9, 5),
         0.03,
         {"a": 0.0, "m": 0.45, "b": 0.9},
         [(0.45, 30.0, 0.4, 0.2)],
@@ -130,7 +130,7 @@ def test_maxwell_element_against_the_closed_form(time_s):
     np.testing.assert_allclose(found.eigenvalues[lateral], right, rtol=1e-10)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_modes_of_tables_are_all_there(seed):
     """Each is a root; brute force counts as many: frozen roots whose frequency is passed."""
     system = _shaft([_table(seed, mass=0.0), _table(seed + 10, mass=0.0)])
@@ -174,7 +174,7 @@ def test_added_mass_is_mass():
     assert np.count_nonzero(modes.eigenvalues.imag < 5e3) == np.count_nonzero(right.imag < 5e3)
 
 
-@pytest.mark.parametrize(("seed", "mass"), [(2, 0.0), (5, 0.0), (2, 6.0)])
+@pytest.mark.parametrize(("seed", "mass"), [(5, 0.0), (2, 6.0)])
 def test_critical_speeds_are_roots_and_all_there(seed, mass):
     """Im λ = Ω at each; their number is that by which modes below the line change."""
     system = _shaft([_table(seed, mass=mass), _table(seed + 7, mass=mass)])

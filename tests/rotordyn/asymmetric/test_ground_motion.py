@@ -9,6 +9,7 @@ import pytest
 from flat_rotors import flat_mass, in_its_frame
 from rotors import ground, pinned, steel_shaft, turning
 from scipy.integrate import solve_ivp
+from sometimes import often
 
 from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.assembly.coordinates import interface_row, joint_motion
@@ -43,7 +44,7 @@ def flat(element, part):
 @pytest.mark.parametrize("ratio", [1.0, -1.5])
 @pytest.mark.parametrize("supports", [{}, {"ky": 5e7, "cx": 3e3, "cy": 1e3}, {"cx": 2e3}])
 def test_a_body_of_revolution_has_the_map_of_the_ordinary_road(supports, ratio):
-    element = shaft(0.15 * np.arange(9))
+    element = shaft(0.3 * np.arange(5))
     held = [ground("shaft", end, 3e7, **supports) for end in ENDS]
     ordinary = rd.assemble({"shaft": turning(element, ratio)}, held)
     rotating = assemble_rotating({"shaft": turning(in_its_frame(element), ratio)}, tuple(held))
@@ -100,7 +101,7 @@ def in_time(ordinary, part, speed, frequency):
     return times[:-1], (motion @ rows.T)[:-1]
 
 
-@pytest.mark.parametrize("speed", [200.0, 260.0, 400.0])
+@pytest.mark.parametrize("speed", often([200.0, 260.0, 400.0], 400.0))
 def test_a_flat_shaft_on_unlike_supports_in_time(speed):
     """Ground motion at 1.5 times the speed is seen at 0.5, 2.5 and 3.5 times the speed too."""
     element, part = shaft(np.array([0.0, 0.9, 1.2])), 0.2

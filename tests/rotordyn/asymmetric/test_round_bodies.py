@@ -33,11 +33,11 @@ SUPPORTS = {
 @pytest.fixture(scope="module")
 def shafts():
     """An inner shaft with two disks, and an outer one about it that turns the other way."""
-    stations = np.linspace(0.0, 1.2, 9)
+    stations = np.linspace(0.0, 1.2, 5)
     seats = {"left": 0.0, "seat": 0.9, "right": 1.2}
     disks = [(0.3, 8.0, 0.06, 0.035), (0.9, 12.0, 0.12, 0.07)]
     inner = steel_shaft("inner", stations, 0.03, seats, disks)
-    outer = steel_shaft("outer", np.linspace(0.5, 0.9, 5), 0.05, {"front": 0.5, "rear": 0.9},
+    outer = steel_shaft("outer", np.array([0.5, 0.6, 0.9]), 0.05, {"front": 0.5, "rear": 0.9},
                         [(0.6, 5.0, 0.05, 0.03)], inner=0.04)  # fmt: skip
     return inner, outer
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 from flat_rotors import on_shaft, two_blades
@@ -23,6 +25,13 @@ from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.stability.eigenvalue_paths import prepared, solve
 
 RPM = np.pi / 30.0
+
+
+@cache
+def unlike_planes(damping=(0.0, 0.0), cross=0.0):
+    """Two blades on a mast with unlike planes: the system, its parts, and its unstable ranges."""
+    system, direct = two_blades((40.0, 90.0), damping, cross)
+    return system, direct, unstable_ranges(system, 0.5, 12.0)
 
 
 def test_flat_shaft_is_unstable_between_its_critical_speeds():
@@ -61,8 +70,7 @@ def test_two_blades_on_a_mast_that_is_the_same_in_all_directions():
 )
 def test_two_blades_on_a_mast_with_unlike_planes(damping, cross):
     """Ends against multipliers on either side of them, growth against those inside."""
-    system, direct = two_blades((40.0, 90.0), damping, cross)
-    found = unstable_ranges(system, 0.5, 12.0)
+    system, direct, found = unlike_planes(damping, cross)
     assert len(found) > 3
     for one in found:
         assert one.growth_1_s == pytest.approx(one.floquet_1_s, rel=1e-7)
@@ -74,7 +82,7 @@ def test_two_blades_on_a_mast_with_unlike_planes(damping, cross):
             assert out.growth_1_s < 1e-9 < 1e-7 < into.growth_1_s
     # what lies between is stable: a sweep that shares nothing with the search
     turning, hold = direct
-    for speed in np.linspace(0.6, 11.9, 40):
+    for speed in np.linspace(0.6, 11.9, 24):
         grows = any(r.low_rad_s < speed < r.high_rad_s for r in found)
         known = by_steps(turning, np.eye(6, 4), speed, hold)
         rate = np.log(np.abs(known).max()) * speed / (2.0 * np.pi)
@@ -114,8 +122,7 @@ def test_speeds_that_have_no_meaning(speeds):
 
 def test_modes_that_meet_are_told_by_their_frequencies():
     """Twice one frequency, or the sum of two, is a whole number of strides of the speed."""
-    system, _ = two_blades((40.0, 90.0))
-    found = unstable_ranges(system, 0.5, 12.0)
+    system, _, found = unlike_planes()
     told = [(r.meeting.relation, r.meeting.order) for r in found]
     assert told == [("main", 0), ("difference", 0), ("main", 2), ("difference", 0), ("sum", 1)]
     for one in found:
@@ -140,10 +147,9 @@ def test_ranges_that_damping_closes():
     assert (one.low_rad_s, one.high_rad_s) == pytest.approx((1.0, 1.1), rel=1e-12)
     assert closed(on_shaft(1.0, (1.0, 1.21), 2.0 * 0.02 * middle), 0.1, 3.0) == ()
     # what is left of a two-bladed hub is named by the undamped one, less what closes
-    system, _ = two_blades((40.0, 90.0), (0.3, 0.2))
-    free, _ = two_blades((40.0, 90.0))
-    undamped = {r.low_rad_s for r in unstable_ranges(free, 0.5, 12.0)}
-    assert {r.low_rad_s for r in closed(system, 0.5, 12.0)} < undamped
+    system, _, left = unlike_planes((0.3, 0.2))
+    undamped = {r.low_rad_s for r in unlike_planes()[2]}
+    assert {r.low_rad_s for r in closed_by_damping(system, 0.5, 12.0, left)} < undamped
 
 
 @pytest.mark.verify

@@ -59,8 +59,8 @@ def bearing(at, stiffness, damping=0.0, **more):
 
 DISK = {"at": "a", "mass": 2.0, "polar": 0.01, "diametral": 0.006}
 RESPONSE = {"at": "a", "moment": 1e-4, "phase": 0.3, "read": ["a", "b"]}
-RESPONSE["speeds"] = np.linspace(50.0, 900.0, 12).tolist()
-RUN_UP = {"at": "a", "moment": 1e-4, "phase": 0.3, "top": 900.0, "duration": 0.2, "steps": 150}
+RESPONSE["speeds"] = np.linspace(50.0, 900.0, 8).tolist()
+RUN_UP = {"at": "a", "moment": 1e-4, "phase": 0.3, "top": 900.0, "duration": 0.2, "steps": 80}
 SEAL = bearing("b", [[2e6, 1e6], [-1e6, 2e6]], 300.0, kind="SealElement")
 CASES = {
     "free": ("lateral_shaft", [], {"modes": MODES, "refused": True}),
