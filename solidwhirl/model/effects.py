@@ -10,7 +10,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from solidwhirl.analyses.kinds.run_up import RunUpSpec
 from solidwhirl.analyses.registry import KINDS
 from solidwhirl.geometry import Body
 from solidwhirl.meshing.imported.records import AnyBody, is_asymmetric
@@ -263,7 +262,7 @@ def _refuse_kinds(scene: Scene, asymmetric: list[str]) -> None:
     """
     wanted = "asymmetric" if asymmetric else "even"
     for k, analysis in enumerate(scene.analyses):
-        if asymmetric and isinstance(analysis, RunUpSpec) and analysis.compare_flexible:
+        if asymmetric and analysis.kind == "run_up" and analysis.compare_flexible:
             raise AnalysisError(
                 f"analyses[{k}].compare_flexible: holds bodies rigid in turn, which needs bodies "
                 f"that are the same in all directions, and {', '.join(asymmetric)} bend unlike in "

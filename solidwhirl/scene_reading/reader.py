@@ -7,11 +7,14 @@ import re
 import tomllib
 import types
 import typing
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
+from solidwhirl.analyses.base import Analysis
+from solidwhirl.analyses.registry import KINDS
 from solidwhirl.core.errors import Problem, SceneError, clean, meant
 from solidwhirl.core.fields import keys_of
 from solidwhirl.model.imported_bodies import with_files_read
@@ -297,8 +300,10 @@ def _bare(annotation: Any) -> Any:
     return annotation
 
 
-def _kinds(annotation: Any) -> dict[Any, Any]:
+def _kinds(annotation: Any) -> Mapping[Any, Any]:
     """Records of a union by their kind; empty for other types."""
+    if annotation is Analysis:
+        return KINDS
     if typing.get_origin(annotation) not in (typing.Union, types.UnionType):
         return {}
     records = [a for a in typing.get_args(annotation) if _is_record(a)]
