@@ -5,7 +5,7 @@ A name is imported when it is first asked for: who needs the records waits for n
 
 from typing import TYPE_CHECKING
 
-from solidwhirl.rotordyn.core.later import imported_later
+from solidwhirl.rotordyn.core.later import import_later
 
 if TYPE_CHECKING:
     from solidwhirl.meshing.errors import MeshingError
@@ -48,4 +48,4 @@ __all__ = [
     "write_vtu",
 ]
 
-__getattr__ = imported_later(__name__)
+import_later(__name__)

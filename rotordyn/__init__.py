@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from solidwhirl.rotordyn.core.later import imported_later
+from solidwhirl.rotordyn.core.later import import_later
 
 if TYPE_CHECKING:
     from solidwhirl.rotordyn.assembly.bearing_laws import (
@@ -118,8 +118,4 @@ __all__ = [
     "write_superelement",
 ]
 
-__getattr__ = imported_later(__name__)
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+import_later(__name__)

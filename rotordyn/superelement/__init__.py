@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from solidwhirl.rotordyn.core.later import imported_later
+from solidwhirl.rotordyn.core.later import import_later
 
 if TYPE_CHECKING:
     from solidwhirl.rotordyn.superelement.record import (
@@ -21,4 +21,4 @@ if TYPE_CHECKING:
 
 __all__ = ["Coordinate", "ErrorForm", "InterfaceNode", "MassMoments", "Superelement"]
 
-__getattr__ = imported_later(__name__)
+import_later(__name__)

@@ -118,6 +118,15 @@ def _foreign(spec: ImportedSpec) -> ForeignBody:
     return read_dmig(path, nodes)
 
 
+def files_of(spec: ImportedSpec) -> tuple[Path, ...]:
+    """Return all files of an imported body, those that its file names or includes too.
+
+    Raises SuperelementError: they are no body.
+    """
+    native = Path(spec.file).suffix.lower() == NATIVE
+    return (Path(spec.file),) if native else _foreign(spec).files
+
+
 def _digest(files: tuple[Path, ...]) -> str:
     """SHA-256 of the content of files; of one file its own."""
     each = []

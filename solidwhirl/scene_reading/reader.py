@@ -7,7 +7,7 @@ import re
 import tomllib
 import types
 import typing
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -153,6 +153,15 @@ def parse_scene(
     if problems:
         raise SceneError(path, problems)
     return scene
+
+
+def files_named(data: Mapping[str, Any], folder: Path) -> Iterator[Path]:
+    """Yield the files that the content of a scene file names, whether or not they are there."""
+    tables = (data.get(name) for name in ("imported", "mesh_bodies", "speed_laws"))
+    entries = [e for t in tables if isinstance(t, dict) for e in t.values() if isinstance(e, dict)]
+    for name in (entry.get(key) for entry in entries for key in ("file", "nodes")):
+        if isinstance(name, str):
+            yield folder / name
 
 
 def scene_hash(scene: Scene) -> str:
