@@ -49,7 +49,7 @@ def plan(
         effects = effect_costs(chosen, decided, solids, expected, machine)
         if as_json:
             from solidwhirl.cost.tables import forecast_document
-            from solidwhirl.output.documents import costs_document, plan_document
+            from solidwhirl.output.plan_documents import costs_document, plan_document
 
             document: dict[str, Any] = {
                 "schema": "solidwhirl-plan-1",
