@@ -149,6 +149,9 @@ class Engine:
     #: Makes what cyclic indices of a body are reduced from, by its name
     #: (`solidwhirl.analyses.nodal_diameters.results.CyclicSource`)
     cyclic: Callable[[str], Any]
+    #: Results of this engine, and of the one with its bodies on a level
+    #: (`solidwhirl.analyses.kinds.level_comparison.LevelResults`)
+    levels: Callable[[str], tuple[Any, Any]]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -41,6 +41,7 @@ _RECORDS = {
     "nodal_diameters": "kinds.nodal_diameters:NodalDiametersSpec",
     "asymmetric_response": "kinds.asymmetric_response:AsymmetricResponseSpec",
     "nonlinear_response": "kinds.nonlinear_response:NonlinearResponseSpec",
+    "level_comparison": "kinds.level_comparison:LevelComparisonSpec",
 }
 
 
@@ -98,6 +99,7 @@ if TYPE_CHECKING:
     from solidwhirl.analyses.kinds.asymmetric_response import AsymmetricResponseSpec
     from solidwhirl.analyses.kinds.bearing_laws import BearingLawsSpec
     from solidwhirl.analyses.kinds.critical_speed_map import CriticalSpeedMapSpec
+    from solidwhirl.analyses.kinds.level_comparison import LevelComparisonSpec
     from solidwhirl.analyses.kinds.mode_shapes import ModeShapesSpec
     from solidwhirl.analyses.kinds.nodal_diameters import NodalDiametersSpec
     from solidwhirl.analyses.kinds.nonlinear_response import NonlinearResponseSpec
@@ -133,6 +135,7 @@ if TYPE_CHECKING:
         | NodalDiametersSpec
         | AsymmetricResponseSpec
         | NonlinearResponseSpec
+        | LevelComparisonSpec
     )
 else:
     AnalysisSpec = Annotated[Analysis, _ByKind()]

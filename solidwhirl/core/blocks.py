@@ -76,8 +76,36 @@ class TurningModes:
     states: Sequence[tuple[str, Sequence[TurningMode]]]
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CutBody:
+    """Half of a body with a value on its surface and on its cut face."""
+
+    #: In the list of bodies
+    label: str
+    #: (p, 3), (t, 3), and (p,)
+    points_m: FloatArray
+    triangles: IntArray
+    values: FloatArray
+    #: What the values are, their unit, and the largest of the whole body
+    quantity: str
+    unit: str
+    largest: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CutBodies:
+    """Bodies that are cut open, shown in space, coloured by a value."""
+
+    #: As of a chart: identifier, title, what is to be seen, and the same for those who can't
+    name: str
+    title: str
+    caption: str
+    alt: str
+    bodies: Sequence[CutBody]
+
+
 #: What an analysis tells its results with.
-AnalysisBlock = Text | Table | Chart | TurningModes
+AnalysisBlock = Text | Table | Chart | TurningModes | CutBodies
 
 
 def numbers(values: Any) -> FloatArray:

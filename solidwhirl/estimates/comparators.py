@@ -93,7 +93,7 @@ def coupling_comparison(scene: Scene, bodies: Mapping[str, Body]) -> tuple[Other
             flipped[name] = replace(as_is[name], interfaces=other)
     if not flipped:
         return ()
-    coarse = _at_level(scene, "harmonic", _COARSE)
+    coarse = at_level(scene, "harmonic", _COARSE)
     from solidwhirl.reduction import ReductionError
 
     plan = make_plan(coarse, as_is)
@@ -128,8 +128,8 @@ def _flipped(interface: Interface) -> Interface:
         return interface
 
 
-def _at_level(scene: Scene, level: str, accuracy: float) -> Scene:
-    """The scene with another level and accuracy, mesh and basis free."""
+def at_level(scene: Scene, level: str, accuracy: float) -> Scene:
+    """Return the scene with another level and accuracy, mesh and basis free."""
     model = scene.model.model_copy(
         update={
             "level": level,

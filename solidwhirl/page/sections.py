@@ -9,11 +9,12 @@ from dataclasses import replace
 from pathlib import Path
 
 from solidwhirl.analyses.base import CRITICAL_SPEEDS, MODE_SHAPES
-from solidwhirl.core.blocks import AnalysisBlock, Table, TurningModes
+from solidwhirl.core.blocks import AnalysisBlock, CutBodies, Table, TurningModes
 from solidwhirl.core.outcome import PageSection
 from solidwhirl.page.drawing import engine
 from solidwhirl.page.frame.build import page_html
-from solidwhirl.page.frame.plotly_chart import page_chart
+from solidwhirl.page.frame.in_space import cut_bodies_chart
+from solidwhirl.page.frame.plotly_chart import page_chart, slug
 from solidwhirl.page.frame.records import Block, Run, Section
 from solidwhirl.page.modes import asymmetry, campbell, criticals, shapes
 from solidwhirl.page.run import (
@@ -89,6 +90,8 @@ def _page_block(block: AnalysisBlock, name: str, said: str) -> Block:
     if isinstance(block, TurningModes):
         shown = replace(block, name=f"{block.name}-{name}", title=entitled(block.title, said))
         return shapes.turning_viewer(shown)
+    if isinstance(block, CutBodies):
+        return cut_bodies_chart(replace(block, title=entitled(block.title, said)), slug(name))
     if isinstance(block, Table):
         title, folded = entitled(block.title, said), entitled(block.folded, said)
         return replace(block, title=title, folded=folded)

@@ -8,6 +8,7 @@ from functools import cache, partial
 from typing import Any
 
 from solidwhirl.analyses import base as analyses
+from solidwhirl.analyses.kinds.level_comparison import LevelResults
 from solidwhirl.analyses.stability_summary import Stability, intervals_up_to, stability_of
 from solidwhirl.beams.scene_bodies import BeamBodies
 from solidwhirl.bodies.reduction import BodyResult, request_of
@@ -53,6 +54,9 @@ from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import places_of_joints
 from solidwhirl.scene_checks.operating import operating_speeds
 from solidwhirl.scene_checks.speeds_asked import range_top_rpm
+
+#: Makes the results of an engine, and of the one with its bodies on another level.
+Levels = Callable[[str], tuple[LevelResults, LevelResults]]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -224,12 +228,12 @@ def estimates_of(engine: Engine, diagram: Diagram) -> Estimates | None:
 
 
 def analyses_of(
-    engine: Engine, diagram: Campbell, estimates: Estimates | None
+    engine: Engine, diagram: Campbell, estimates: Estimates | None, levels: Levels
 ) -> dict[str, Outcome]:
     """Run the analyses of the scene.
 
-    `estimates`: errors of the diagram, or None. Raises AnalysisError: one has no answer; the
-    message names it.
+    `estimates`: errors of the diagram, or None. `levels`: see `analyses.base.Engine`. Raises
+    AnalysisError: one has no answer; the message names it.
     """
     job = engine.job
     scene = with_moments(job.scene, {n: e.mass_kg for n, e in engine.elements.items()})
@@ -248,6 +252,7 @@ def analyses_of(
         analyses={a.label: a for a in scene.analyses},
         recoveries=_recoveries_of(job, engine.reduced),
         cyclic=partial(cyclic_source, job, engine.reduced),
+        levels=levels,
     )
     outcomes: dict[str, Outcome] = {}
     for k, spec in enumerate(scene.analyses):

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from solidwhirl.analyses.kinds.level_comparison import LevelResults
 from solidwhirl.beams.scene_bodies import BeamBodies, beam_bodies
 from solidwhirl.bodies.reduction import BodyResult, Clock
 from solidwhirl.bodies.refinement import Round
@@ -17,6 +18,8 @@ from solidwhirl.cache.files import StageStore
 from solidwhirl.core.stages import Progress, silent
 from solidwhirl.core.warnings import Doubt
 from solidwhirl.cost.forecast import Forecast, forecast, refuse_too_large
+from solidwhirl.estimates.comparators import at_level
+from solidwhirl.estimates.results import Estimates
 from solidwhirl.geometry import Body
 from solidwhirl.meshing.imported.records import AnyBody
 from solidwhirl.model.bodies import build_bodies
@@ -175,7 +178,8 @@ def _analysed(engine: stages.Engine, results: Callable[..., Results]) -> Results
         checks = run_checks(engine, diagram)
     with job.clock.stage("stability"):
         stability = stages.stability_of_engine(engine, diagram.asymmetry)
-    outcomes = stages.analyses_of(engine, diagram.campbell, estimates)
+    levels = partial(_levels, engine, diagram, estimates)
+    outcomes = stages.analyses_of(engine, diagram.campbell, estimates, levels)
     critical = [excited.critical for excited in diagram.critical_speeds]
     with job.clock.stage("checks of the analyses"):
         if engine.rotating is None:
@@ -200,4 +204,40 @@ def _analysed(engine: stages.Engine, results: Callable[..., Results]) -> Results
         asymmetry=diagram.asymmetry,
         checks=checks,
         stages=job.stage_cache.origins,
+    )
+
+
+def _levels(
+    engine: stages.Engine, diagram: stages.Diagram, estimates: Estimates | None, level: str
+) -> tuple[LevelResults, LevelResults]:
+    """What is compared of an engine, and of the one with its bodies on another level."""
+    job = engine.job
+    scene = at_level(job.scene, level, job.scene.model.accuracy)
+    alone = {"analyses": (), "model": scene.model.model_copy(update={"compare_coupling": "off"})}
+    found = reduced(scene.model_copy(update=alone), store=job.stage_cache.store)
+    assert found is not None  # one process alone
+    other = stages.assembled_engine(found.job, found.bodies, found.elements, found.beams)
+    seen = stages.diagram_of(other)
+    return (
+        _level_results(engine, diagram, estimates),
+        _level_results(other, seen, stages.estimates_of(other, seen)),
+    )
+
+
+def _level_results(
+    engine: stages.Engine, diagram: stages.Diagram, estimates: Estimates | None
+) -> LevelResults:
+    hertz, found = diagram.at_rest.frequency_hz, diagram.critical_speeds
+    count = np.flatnonzero(hertz > 0.0)[: diagram.campbell.frequency_hz.shape[0]]
+    nothing = np.full(max(hertz.size, len(found)), np.nan)
+    errors = nothing if estimates is None else estimates.at_rest.total
+    critical_errors = nothing if estimates is None else estimates.critical_speeds.total
+    return LevelResults(
+        levels={name: own.level for name, own in engine.job.plan.bodies.items()},
+        unknowns={name: e.full_dofs for name, e in engine.elements.items()},
+        frequency_hz=hertz[count],
+        frequency_error=errors[count],
+        critical_rad_s=np.array([c.critical.speed_rad_s for c in found]),
+        critical_error=critical_errors[: len(found)],
+        excited_by=tuple(", ".join(c.excited_by) for c in found),
     )

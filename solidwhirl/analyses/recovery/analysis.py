@@ -20,11 +20,12 @@ from solidwhirl.analyses.recovery.fields import (
 )
 from solidwhirl.analyses.recovery.states import (
     MOST_STATES,
+    SPIN,
     EngineState,
     RecoveryStateSpec,
     engine_states,
 )
-from solidwhirl.core.blocks import AnalysisBlock, Table, numbers
+from solidwhirl.core.blocks import AnalysisBlock, CutBodies, Table, numbers
 from solidwhirl.core.fields import MOST, Name, alike_in_files
 from solidwhirl.core.outcome import Outcome, PageSection, Write
 from solidwhirl.files.vtk_files import write_pvd
@@ -39,6 +40,8 @@ Document = Mapping[str, Any]
 _SMALL = 1e-4
 _CHECK = "strain energy of the recovered field"
 _MPA = 1e-6
+# States of bodies that a page shows in space.
+_MOST_SHOWN = 6
 # Loads of a stress, what they are called, and their colour.
 _LOADS = (
     ("dynamic", "of the state", "@c5"),
@@ -53,7 +56,7 @@ class RecoverySpec(Analysis):
     section = PageSection(
         "recovery",
         "Stress and displacement in the bodies",
-        "Fields in the solid bodies in modes, responses and instants of run-ups.",
+        "Fields in the solid bodies in steady spin, modes, responses and instants of run-ups.",
         110,
     )
     suffixes = ()
@@ -101,15 +104,16 @@ class RecoverySpec(Analysis):
                 bodies = {}
                 for found in bodies_of(wanted, engine.system, state, engine.recoveries):
                     bodies[found.body] = found.document
-                    checks.append(_energy_check(self.label, found))
+                    if state.source != SPIN:
+                        checks.append(_energy_check(self.label, found))
                     files |= state_files(wanted, found, asked.phases)
                     if state.time_s is not None:
-                        name = path_of(wanted, found.body, state.label).rpartition("/")[2]
+                        name = path_of(self.label, found.body, state.label).rpartition("/")[2]
                         instants.setdefault(found.body, []).append((state.time_s, name))
                 documents.append(_state_document(state, bodies))
             for body, series in instants.items():
                 if len(series) > 1:
-                    files[path_of(wanted, body, asked.label, "pvd")] = partial(
+                    files[path_of(self.label, body, asked.label, "pvd")] = partial(
                         written, partial(write_pvd, series)
                     )
         return Outcome(
@@ -123,8 +127,9 @@ class RecoverySpec(Analysis):
         """Largest stresses, states and files for ParaView."""
         states = found.document["states"]
         blocks: list[AnalysisBlock] = []
-        if any(b.get("dynamic") for s in states for b in s["bodies"].values()):
+        if any(b.get(load) for s in states for b in s["bodies"].values() for load, *_ in _LOADS):
             blocks += [stress_chart(states), _stress_table(states)]
+        blocks += _cut_bodies(found, states)
         blocks.append(_state_table(states))
         files = [f for f in sorted(found.outcome.files) if f.endswith((".vtu", ".pvd"))]
         if files:
@@ -174,7 +179,7 @@ def _headline(documents: list[dict[str, Any]]) -> str:
     for state in documents:
         for name, body in state["bodies"].items():
             text = f"{state['state']}: {name} {body['largest_displacement_m']:.3g} m"
-            stress = body.get("total") or body.get("dynamic")
+            stress = body.get("total") or body.get("dynamic") or body.get("steady")
             if stress is not None:
                 text += f", {stress['largest_von_mises_pa'] / 1e6:.4g} MPa"
             parts.append(text)
@@ -200,12 +205,38 @@ def stress_chart(states: Sequence[Document]) -> Chart:
         title="Largest von Mises stress",
         caption="Over the body and the cycle: of the state alone, of the centrifugal load at its "
         "speed, and of both together. A mode without a given amplitude is scaled to 1 mm, so its "
-        "stress is no stress of the engine and has no sum.",
+        "stress is no stress of the engine and has no sum. At re-entrant corners without fillet it "
+        "grows without limit as the mesh becomes finer.",
         alt="Bars of the largest von Mises stress of each state; the table has the numbers.",
         x=Axis(label="state and body", places=[f"{s['state']}, {body}" for s, body, _ in rows]),
         y=Axis(label="von Mises stress", unit="MPa"),
         parts=bars,
     )
+
+
+def _cut_bodies(found: Found, states: Sequence[Document]) -> list[CutBodies]:
+    """The first states in space, from their files."""
+    from solidwhirl.files.cut_fields import cut_body
+
+    files = found.outcome.files
+    rows = [
+        (write, state["state"], name)
+        for state, name, _ in _per_body(states)
+        if (write := files.get(path_of(found.name, name, state["state"]))) is not None
+    ]
+    if not rows:
+        return []
+    bodies = [cut_body(*row) for row in rows[:_MOST_SHOWN]]
+    more = f" The first {_MOST_SHOWN} of {len(rows)} are shown." if len(rows) > _MOST_SHOWN else ""
+    shown = CutBodies(
+        name="cut-bodies",
+        title="In the bodies",
+        caption="Half of a body, cut open along its axis, not deformed; the axis is z. Drag to "
+        f"turn, roll to come nearer.{more}",
+        alt="; ".join(f"{b.label}: {b.quantity} up to {b.largest:.4g} {b.unit}" for b in bodies),
+        bodies=bodies,
+    )
+    return [shown]
 
 
 def _where(found: Document) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from solidwhirl.analyses.recovery.states import EngineState
+from solidwhirl.analyses.recovery.states import SPIN, EngineState
 from solidwhirl.core.outcome import Write
 from solidwhirl.files.vtk_files import Grid, write_pvd, write_vtu
-from solidwhirl.rotordyn import AnalysisError, AssembledSystem
+from solidwhirl.rotordyn import AnalysisError, AssembledSystem, Superelement
 from solidwhirl.rotordyn.assembly.coordinates import body_rows
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.superelement.surface import angles
@@ -31,6 +31,8 @@ _UNEVEN_LIMIT = 0.1
 _COARSE, _CANDIDATES, _ANGLES = 24, 8, 720
 # Points whose fields are made at once.
 _AT_ONCE = 100_000
+# The superelement has no energy of steady spin to compare with.
+_NO_ENERGIES = dict.fromkeys(("strain_energy_j", "strain_energy_of_field_j", "strain_energy_error"))
 # Values nearer to each other are one but for rounding.
 _EQUAL = 1e-9
 
@@ -74,8 +76,8 @@ def bodies_of(
     factor = 1.0
     if state.scaled_to_m is not None:
         largest = max(
-            _largest_displacement(makers[n].recover(q, 0.0), asked.sectors)[0]
-            for n, q in motions.items()
+            _largest_displacement(found.points, found.terms, asked.sectors)[0]
+            for found in (makers[n].recover(q, 0.0) for n, q in motions.items())
         )
         if not largest > 0.0:
             raise AnalysisError(f"state {state.label!r} does not move {', '.join(asked.bodies)}")
@@ -94,21 +96,22 @@ def _recovered(
     speed_rad_s: float,
 ) -> Recovered:
     found = maker.recover(motion, speed_rad_s)
-    element = system.system.rotors[name].element
-    energy = float(0.5 * np.real(motion.conj() @ element.stiffness @ motion))
-    kinetic = float(0.5 * np.real(motion.conj() @ element.mass @ motion))
-    own = element.fixed_interface_frequencies_hz
-    lowest = 2.0 * np.pi * float(own[own > 0.0].min(initial=np.inf))
-    largest, at = _largest_displacement(found, asked.sectors)
+    if state.source == SPIN and found.steady is None:
+        raise AnalysisError(f"state {state.label!r}: body {name!r} has no centrifugal field")
+    shown = (found.steady,) if state.source == SPIN else found.terms
+    largest, at = _largest_displacement(found.points, shown, asked.sectors)
     document: dict[str, Any] = {
         "speed_rpm": speed_rad_s * RPM_PER_RAD_S,
         "largest_displacement_m": largest,
         "largest_displacement_at_m": at,
-        "strain_energy_j": energy,
-        "strain_energy_of_field_j": found.strain_energy_j,
     }
+    element = system.system.rotors[name].element
+    document |= _energies(element, motion, found) if state.source != SPIN else _NO_ENERGIES
     if asked.stressed:
-        document |= _stresses(found, maker.material_names, state.has_size)
+        document |= _stresses(found, maker.material_names, state)
+    kinetic = float(0.5 * np.real(motion.conj() @ element.mass @ motion))
+    own = element.fixed_interface_frequencies_hz
+    lowest = 2.0 * np.pi * float(own[own > 0.0].min(initial=np.inf))
     return Recovered(
         body=name,
         state=state,
@@ -120,15 +123,21 @@ def _recovered(
     )
 
 
-def _largest_displacement(found: Any, sectors: int) -> tuple[float, list[float]]:
+def _energies(element: Superelement, motion: NDArray[Any], found: Any) -> dict[str, float]:
+    energy = float(0.5 * np.real(motion.conj() @ element.stiffness @ motion))
+    return {"strain_energy_j": energy, "strain_energy_of_field_j": found.strain_energy_j}
+
+
+def _largest_displacement(
+    points: Any, terms: Sequence[Any], sectors: int
+) -> tuple[float, list[float]]:
     """Largest displacement over the cycle [m] and its place."""
     from solidwhirl.reduction.recovery.spatial_fields import places, values_at
 
-    points = found.points
     theta = points.theta_rad(sectors)
     size = np.concatenate(
         [
-            cycle_length(values_at(found.terms, points, some)[0].reshape(-1, 3))
+            cycle_length(values_at(terms, points, some)[0].reshape(-1, 3))
             for some in _in_parts(theta, len(points.points_m))
         ]
     )
@@ -153,17 +162,19 @@ def cycle_length(vectors: NDArray[Any]) -> NDArray[np.float64]:
     return np.asarray(np.sqrt(0.5 * (square + np.abs((vectors**2).sum(axis=1)))))
 
 
-def _stresses(found: Any, materials: tuple[str, ...], has_size: bool) -> dict[str, Any]:
+def _stresses(found: Any, materials: tuple[str, ...], state: EngineState) -> dict[str, Any]:
     """Largest von Mises stresses of the state, of the centrifugal load, and of both."""
+
+    def largest(terms: tuple[Any, ...], steady: tuple[Any, ...]) -> dict[str, Any]:
+        return _largest_stress(found, terms, steady, materials)
+
     steady = () if found.steady is None else (found.steady,)
-    out: dict[str, Any] = {
-        "dynamic": _largest_stress(found, found.terms, (), materials),
-        "steady": _largest_stress(found, (), steady, materials) if steady else None,
-        "total": None,
+    moves = state.source != SPIN
+    return {
+        "dynamic": largest(found.terms, ()) if moves else None,
+        "steady": largest((), steady) if steady else None,
+        "total": largest(found.terms, steady) if steady and moves and state.has_size else None,
     }
-    if steady and has_size:
-        out["total"] = _largest_stress(found, found.terms, steady, materials)
-    return out
 
 
 def _largest_stress(
@@ -211,7 +222,7 @@ def _largest_stress(
 def state_files(asked: Asked, found: Recovered, phases: int) -> dict[str, Write]:
     """The state itself, and where asked the frames of one period."""
     files: dict[str, Write] = {
-        path_of(asked, found.body, found.state.label): partial(
+        path_of(asked.label, found.body, found.state.label): partial(
             written, partial(_write_state, found, asked.stressed)
         )
     }
@@ -219,18 +230,18 @@ def state_files(asked: Asked, found: Recovered, phases: int) -> dict[str, Write]
         return files
     series = []
     for k in range(phases):
-        name = path_of(asked, found.body, f"{found.state.label}_{k:03d}")
+        name = path_of(asked.label, found.body, f"{found.state.label}_{k:03d}")
         series.append((k / phases, name.rpartition("/")[2]))
         frame = partial(_write_frame, found, asked.stressed, 2.0 * np.pi * k / phases)
         files[name] = partial(written, frame)
-    series_file = path_of(asked, found.body, found.state.label, "pvd")
+    series_file = path_of(asked.label, found.body, found.state.label, "pvd")
     files[series_file] = partial(written, partial(write_pvd, series))
     return files
 
 
-def path_of(asked: Asked, body: str, state: str, ending: str = "vtu") -> str:
+def path_of(analysis: str, body: str, state: str, ending: str = "vtu") -> str:
     """File of a state in the folder of a run, which has one level of folders."""
-    return f"{FOLDER}/{asked.label}_{body}_{state}.{ending}"
+    return f"{FOLDER}/{analysis}_{body}_{state}.{ending}"
 
 
 def written(write: Write, path: Path) -> None:
@@ -247,32 +258,35 @@ def _write_state(found: Recovered, stressed: bool, path: Path) -> None:
     )
 
     space, state = found.in_space(), found.state
-    moved, stress = space.displacement_m, space.stress_pa
-    vibrates = np.iscomplexobj(moved)
+    steady = space.steady_stress_pa if stressed else None
     fields: dict[str, Any] = {}
-    if vibrates:
-        # Re(u e^{iφ}) at φ = 0 and 90°; every other phase is cos φ times the first plus sin φ
-        # times the second
-        fields["displacement_0deg"] = moved.real
-        fields["displacement_90deg"] = -moved.imag
-    else:
-        fields["displacement"] = moved
+    if state.source != SPIN:
+        fields |= _at_phases("displacement", space.displacement_m)
     if space.steady_displacement_m is not None:
         fields["displacement_steady"] = space.steady_displacement_m
+    if stressed and state.source != SPIN:
+        fields |= _at_phases("stress", space.stress_pa)
+        fields["von_mises_dynamic"] = peak_von_mises(space.stress_pa)[0]
+    if steady is not None:
+        fields["stress_steady"] = steady
+        fields["von_mises_steady"] = von_mises(steady)
+    if steady is not None and state.source != SPIN and state.has_size:
+        fields["von_mises_total"] = peak_von_mises(space.stress_pa, steady)[0]
     if stressed:
-        for angle, turn in ((0, 1.0), (90, 1j)) if vibrates else (("", 1.0),):
-            name = f"stress_{angle}deg" if vibrates else "stress"
-            fields[name] = (stress * turn).real
-        steady = space.steady_stress_pa
-        fields["von_mises_dynamic"] = peak_von_mises(stress)[0]
-        if steady is not None:
-            fields["stress_steady"] = steady
-            fields["von_mises_steady"] = von_mises(steady)
-        if steady is not None and state.has_size:
-            fields["von_mises_total"] = peak_von_mises(stress, steady)[0]
         both = steady if state.has_size else None
-        fields["principal_largest"], fields["principal_smallest"] = principal_range(stress, both)
+        names = ("principal_largest", "principal_smallest")
+        fields |= dict(zip(names, principal_range(space.stress_pa, both), strict=True))
     _write_grid(found, space, fields, path)
+
+
+def _at_phases(name: str, values: NDArray[Any]) -> dict[str, Any]:
+    """Re(a e^{iφ}) at φ = 0 and 90° of a vibration; of an instant the values themselves.
+
+    Every other phase is cos φ times the first plus sin φ times the second.
+    """
+    if not np.iscomplexobj(values):
+        return {name: values}
+    return {f"{name}_0deg": values.real, f"{name}_90deg": -values.imag}
 
 
 def _write_frame(found: Recovered, stressed: bool, phase: float, path: Path) -> None:

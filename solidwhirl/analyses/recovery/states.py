@@ -1,4 +1,4 @@
-"""States of the assembled engine whose fields are recovered: modes, responses, instants."""
+"""States of the engine whose fields are recovered: modes, responses, instants, steady spin."""
 
 from __future__ import annotations
 
@@ -41,10 +41,12 @@ from solidwhirl.rotordyn.run_up.speed_profile import SpeedProfile, ramp_and_hold
 
 MOST_STATES, _MOST_TIMES, _MOST_PHASES = 50, 500, 120
 _SOURCES = ("mode", "response", "run_up")
+#: Source of a state that has a speed alone.
+SPIN = "spin"
 
 
 class RecoveryStateSpec(Record):
-    """One state, or several instants of one run-up: a mode, a response, or a run-up."""
+    """A mode, a response, one or several instants of a run-up, or steady spin: a speed alone."""
 
     name: FileName | None = None
     mode: Annotated[Count, Field(le=200)] | None = None
@@ -67,20 +69,22 @@ class RecoveryStateSpec(Record):
     @model_validator(mode="after")
     def _one_source(self) -> RecoveryStateSpec:
         given = [key for key in _SOURCES if getattr(self, key) is not None]
-        if len(given) != 1:
+        if len(given) > 1 or not (given or self.speed_rpm is not None):
             raise ValueError(
-                f"a state is one of {', '.join(_SOURCES)}; found {', '.join(given) or 'none'}"
+                f"a state is one of {', '.join(_SOURCES)}, or speed_rpm alone; found "
+                f"{', '.join(given) or 'none'}"
             )
+        source = given[0] if given else SPIN
         needed = {
             "mode": ("speed_rpm",),
             "response": ("speed_rpm", "peak"),
             "run_up": ("time_s", "peak"),
-        }[given[0]]
+            SPIN: ("speed_rpm",),
+        }[source]
         places = [k for k in ("speed_rpm", "time_s", "peak") if getattr(self, k) is not None]
         if len(places) != 1 or places[0] not in needed:
-            raise ValueError(
-                f"{given[0]} needs {' or '.join(needed)}; found {', '.join(places) or 'neither'}"
-            )
+            found = ", ".join(places) or "neither"
+            raise ValueError(f"{source} needs {' or '.join(needed)}; found {found}")
         if self.amplitude_m is not None and self.mode is None:
             raise ValueError("amplitude_m belongs to a mode; other states have their own amplitude")
         if self.between_rpm is not None:
@@ -90,9 +94,16 @@ class RecoveryStateSpec(Record):
                 raise ValueError("the second of between_rpm must be higher")
         if self.phases and self.run_up is not None:
             raise ValueError("phases belongs to vibrations; a run-up has instants: give time_s")
+        if self.phases and source == SPIN:
+            raise ValueError("phases belongs to vibrations; steady spin has none")
         if self.time_s is not None and list(self.time_s) != sorted(set(self.time_s)):
             raise ValueError("time_s must be rising")
         return self
+
+    @property
+    def is_spin(self) -> bool:
+        """Whether nothing moves but the spin."""
+        return all(getattr(self, key) is None for key in _SOURCES)
 
     @property
     def label(self) -> str:
@@ -101,7 +112,7 @@ class RecoveryStateSpec(Record):
             return self.name
         if self.mode is not None:
             return f"mode{self.mode}_{number_text(self.speed_rpm or 0.0)}rpm"
-        of = self.response or self.run_up
+        of = self.response or self.run_up or SPIN
         if self.peak is not None:
             return f"{of}_peak"
         return f"{of}_{number_text(self.speed_rpm)}rpm" if self.speed_rpm is not None else str(of)
@@ -117,7 +128,7 @@ class EngineState:
 
     #: Name in results and files
     label: str
-    #: "mode", "response" or "run_up"
+    #: "mode", "response", "run_up" or "spin"
     source: str
     #: Independent coordinates of the system: complex amplitudes of a vibration, or real ones of an
     #: instant
@@ -144,6 +155,9 @@ def engine_states(
     """
     if spec.mode is not None:
         yield _mode(spec, system)
+        return
+    if spec.is_spin:
+        yield _spin(spec, system)
         return
     found = analyses[spec.response or spec.run_up or ""]
     if isinstance(found, UnbalanceResponseSpec):
@@ -172,6 +186,18 @@ def _mode(spec: RecoveryStateSpec, system: AssembledSystem) -> EngineState:
         },
         scaled_to_m=spec.amplitude_m or _MODE_AMPLITUDE_M,
         has_size=spec.amplitude_m is not None,
+    )
+
+
+def _spin(spec: RecoveryStateSpec, system: AssembledSystem) -> EngineState:
+    """No motion but the spin: the centrifugal load alone."""
+    assert spec.speed_rpm is not None
+    return EngineState(
+        label=spec.label,
+        source=SPIN,
+        motion=np.zeros(system.size),
+        speed_rad_s=spec.speed_rpm * RAD_S_PER_RPM,
+        facts={},
     )
 
 

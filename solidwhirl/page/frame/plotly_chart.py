@@ -14,7 +14,7 @@ from solidwhirl.rotordyn.plots import chart as charts
 Trace = dict[str, Any]
 
 # Blue to yellow in equal steps of lightness, told apart with any colour vision and in grey.
-_MAP_COLORS = "Cividis"
+MAP_COLORS = "Cividis"
 # Amplitudes below this part of the largest are drawn as dark as this; cells of a map.
 _DARKEST = 1e-4
 _COLUMNS, _ROWS = 600, 200
@@ -389,7 +389,7 @@ def _heat_trace(heat: charts.Heat, axes: tuple[charts.Axis, charts.Axis]) -> Tra
         "customdata": np.asarray(values, dtype=float),
         "zmin": float(np.log10(low)),
         "zmax": float(top),
-        "colorscale": _MAP_COLORS,
+        "colorscale": MAP_COLORS,
         "zsmooth": False,
         "hovertemplate": f"%{{x:{along.digits}}} {along.unit}, {place}<br>"
         f"<b>%{{customdata:.4g}} {heat.unit}</b><extra></extra>",
@@ -437,7 +437,7 @@ def _ridge_trace(ridges: charts.Ridges, axes: tuple[charts.Axis, charts.Axis]) -
         "z": _joined(z),
         "line": {
             "color": np.log10(np.maximum(np.nan_to_num(_joined(z)), darkest)),
-            "colorscale": _MAP_COLORS,
+            "colorscale": MAP_COLORS,
             "width": 3,
         },
         "hovertemplate": f"%{{x:{x.digits}}} {x.unit}, %{{y:{y.digits}}} {y.unit}<br>"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -12,6 +12,7 @@ from solidwhirl.bodies.reduction import BodyResult
 from solidwhirl.drawing.surfaces import outer_faces
 from solidwhirl.meshing import Mesh
 from solidwhirl.page.frame import records
+from solidwhirl.page.frame.in_space import BodyInSpace, chart_in_space, surface_trace
 from solidwhirl.page.frame.plotly_chart import Trace, page_chart
 from solidwhirl.page.frame.records import Block, Run, Section, Table
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
@@ -20,8 +21,6 @@ from solidwhirl.rotordyn.plots.chart import Axis, Chart, Choice, Curve, Look, Op
 # Edges that are drawn of one body; of finer meshes its outline alone.
 _MOST_EDGES = 30_000
 _COLORS = 8
-# Largest length and height of the box of a solid body in the view.
-_LONG, _HIGH = 3.0, 1.4
 
 
 def section(run: Run) -> Section | None:
@@ -146,51 +145,20 @@ def _all_edges(triangles: IntArray) -> IntArray:
     return np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
 
 
-def _aspect(traces: Sequence[Trace]) -> dict[str, float]:
-    """Sides of the box around what is drawn, as large as the view; the axis lies along x."""
-    sides = {key: float(np.nanmax(v) - np.nanmin(v)) for key in "xyz"
-             for v in [np.concatenate([t[key] for t in traces])]}  # fmt: skip
-    scale = min(_LONG / sides["x"], _HIGH / max(sides["y"], sides["z"]))
-    return {key: scale * side for key, side in sides.items()}
-
-
 def _solid_chart(results: Mapping[str, BodyResult]) -> records.Chart:
-    traces: list[Trace] = []
-    options = []
-    for k, (name, result) in enumerate(results.items()):
-        own = list(_solid_traces(name, result.shown_mesh, f"@c{k % _COLORS}"))
-        shown = [*range(len(traces), len(traces) + len(own))]
-        options.append(
-            records.Option(label=name, traces=shown, layout={"scene.aspectratio": _aspect(own)})
-        )
-        traces += own
-    axis = {"tickformat": ".4~r"}
+    bodies = [
+        BodyInSpace(name, [*_solid_traces(name, result.shown_mesh, f"@c{k % _COLORS}")])
+        for k, (name, result) in enumerate(results.items())
+    ]
     said = ", ".join(f"{n} {len(r.shown_mesh.cells)}" for n, r in results.items())
-    return records.Chart(
-        name="mesh-solid",
+    return chart_in_space(
+        "mesh-solid",
+        "body",
+        bodies,
         title="Solid meshes",
         caption="Surface of the tetrahedra, alike scaled in all directions; the axis is z. Drag "
         "to turn, roll to come nearer. Thin lines are edges of elements.",
         alt=f"Surfaces of the solid meshes; elements by body: {said}.",
-        traces=traces,
-        layout={
-            "scene": {
-                # by hand: to scale as "data" is, but a slender body stays in view
-                "aspectmode": "manual",
-                "aspectratio": options[0].layout["scene.aspectratio"],
-                "xaxis": {"title": {"text": "z [mm]"}, **axis},
-                "yaxis": {"title": {"text": "x [mm]"}, **axis},
-                "zaxis": {"title": {"text": "y [mm]"}, **axis},
-                "camera": {
-                    "eye": {"x": 0.6, "y": -1.45, "z": 0.6},
-                    "projection": {"type": "orthographic"},
-                },
-            },
-            "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
-            "showlegend": False,
-        },
-        height_px=500,
-        controls=(records.Choice(label="body", options=options),) if len(options) > 1 else (),
     )
 
 
@@ -199,24 +167,12 @@ def _solid_traces(name: str, mesh: Mesh, color: str) -> Iterator[Trace]:
     faces = outer_faces(mesh.cells[:, :4])
     used, faces = np.unique(faces, return_inverse=True)
     faces = faces.reshape(-1, 3)
-    x, y, z = (1e3 * mesh.points[used]).T
-    yield {
-        "type": "mesh3d",
-        "x": z,
-        "y": x,
-        "z": y,
-        "i": faces[:, 0],
-        "j": faces[:, 1],
-        "k": faces[:, 2],
-        "color": color,
-        "flatshading": True,
-        "lighting": {"ambient": 0.75, "diffuse": 0.6, "specular": 0.05},
-        "name": name,
-        "hovertemplate": name + "<br>z %{x:.4g}, x %{y:.4g}, y %{z:.4g} mm<extra></extra>",
-    }
+    lighting = {"ambient": 0.75, "diffuse": 0.6, "specular": 0.05}
+    yield surface_trace(mesh.points[used], faces, name, {"color": color, "lighting": lighting})
     edges = edges_of(faces)
     if len(edges) > _MOST_EDGES:
         return
+    x, y, z = (1e3 * mesh.points[used]).T
     yield {
         "type": "scatter3d",
         "mode": "lines",

@@ -9,6 +9,7 @@ from engine_parts import RIGID
 from results_read import results_in
 
 from solidwhirl.analyses.recovery.states import RecoveryStateSpec, engine_states
+from solidwhirl.core.blocks import CutBodies
 from solidwhirl.core.errors import SceneError
 from solidwhirl.output.documents import write_results
 from solidwhirl.pipeline.cached_stages import open_store
@@ -45,6 +46,7 @@ STATES = [
     {"response": "sweep", "peak": "rotor.disk"},
     {"run_up": "start", "peak": "rotor.disk", "between_rpm": [3000, 12000]},
     {"name": "series", "run_up": "start", "time_s": [0.1, 0.5]},
+    {"speed_rpm": 9000},
 ]
 RECOVERY = {"name": "stress", "kind": "recovery", "bodies": ["rotor"], "sectors": 16}
 
@@ -91,7 +93,7 @@ def test_states_files_and_results(folder, document):
     states = {s["state"]: s for s in document["analyses"]["stress"]["states"]}
     assert list(states) == [
         *("mode1_9000rpm", "mode2_9000rpm", "sweep_9000rpm", "sweep_peak", "start_peak"),
-        *("series_0.1s", "series_0.5s"),
+        *("series_0.1s", "series_0.5s", "spin_9000rpm"),
     ]
     names = {p.name for p in (out / "recovery").iterdir()}
     frames = {f"stress_rotor_mode1_9000rpm_{k:03d}.vtu" for k in range(3)}
@@ -101,6 +103,7 @@ def test_states_files_and_results(folder, document):
     assert 'timestep="0.1" group="" part="0" file="stress_rotor_series_0.1s.vtu"' in text
     listed = (out / "SHA256SUMS").read_text(encoding="utf-8")
     assert all(f"recovery/{name}" in listed for name in names)
+    states.pop("spin_9000rpm")["bodies"]["rotor"]
     for name, state in states.items():
         body = state["bodies"]["rotor"]
         mesh = meshio.read(out / "recovery" / f"stress_rotor_{name}.vtu")
@@ -125,6 +128,40 @@ def test_states_files_and_results(folder, document):
             now = fields["stress"] if "stress" in fields else fields["stress_0deg"]
             both = von_mises(now + fields["stress_steady"])
             assert (both <= field * (1.0 + 1e-4) + 1.0).all()
+
+
+@pytest.mark.solver
+def test_steady_spin_is_the_centrifugal_part_of_any_state(folder, document):
+    states = {s["state"]: s["bodies"]["rotor"] for s in document["analyses"]["stress"]["states"]}
+    spin, mode = states["spin_9000rpm"], states["mode1_9000rpm"]
+    assert spin["steady"] == mode["steady"]
+    assert spin["dynamic"] is None and spin["total"] is None and spin["strain_energy_j"] is None
+    one, other = (
+        meshio.read(folder[0] / "first" / "recovery" / f"stress_rotor_{name}.vtu").point_data
+        for name in ("spin_9000rpm", "mode1_9000rpm")
+    )
+    assert "displacement" not in one and "von_mises_total" not in one
+    np.testing.assert_array_equal(one["displacement_steady"], other["displacement_steady"])
+    np.testing.assert_array_equal(one["stress_steady"], other["stress_steady"])
+    moved = np.linalg.norm(one["displacement_steady"], axis=1).max()
+    assert spin["largest_displacement_m"] == pytest.approx(moved, rel=1e-6)  # single precision
+
+
+@pytest.mark.solver
+def test_page_shows_halves_of_the_bodies(folder):
+    """What is drawn has the numbers of the results, and half of the body."""
+    outcome = folder[1][0][0].analyses["stress"]
+    (cut,) = [b for b in outcome.blocks() if isinstance(b, CutBodies)]
+    assert [b.label for b in cut.bodies] == [
+        *("mode1_9000rpm, rotor", "mode2_9000rpm, rotor", "sweep_9000rpm, rotor"),
+        *("sweep_peak, rotor", "start_peak, rotor", "series_0.1s, rotor"),
+    ]
+    first = outcome.document["states"][0]["bodies"]["rotor"]["total"]
+    assert 1e6 * cut.bodies[0].largest == pytest.approx(first["largest_von_mises_pa"], rel=0.02)
+    for body in cut.bodies:
+        assert body.points_m[:, 0].min() > -1e-9 and body.points_m[:, 0].max() > 0.01
+        assert body.values.min() >= 0.0 and body.values.max() <= body.largest
+        assert set(np.unique(body.triangles)) == set(range(len(body.points_m)))
 
 
 def von_mises(s):
@@ -186,7 +223,12 @@ def test_motion_is_that_of_the_analyses(folder):
         ({"bodies": ["rotr"]}, "did you mean 'rotor'"),
         ({"bodies": ["stub"]}, "'stub' is no solid"),
         ({"bodies": ["rotor", "rotor"]}, "bodies names something twice"),
-        ({"states": [{}]}, "a state is one of mode, response, run_up; found none"),
+        ({"states": [{}]}, "one of mode, response, run_up, or speed_rpm alone; found none"),
+        ({"states": [{"speed_rpm": 9.0, "phases": 3}]}, "steady spin has none"),
+        (
+            {"states": [{"speed_rpm": 9.0, "time_s": 1.0}]},
+            "spin needs speed_rpm; found speed_rpm, t",
+        ),
         ({"states": [{"mode": 1}]}, "mode needs speed_rpm; found neither"),
         ({"states": [{"mode": 1, "run_up": "start"}]}, "found mode, run_up"),
         ({"states": [{"mode": 1, "time_s": 1.0}]}, "mode needs speed_rpm; found time_s"),
@@ -222,6 +264,13 @@ def test_stress_needs_a_solid_and_a_basis_for_its_speed(asked):
     assert top_speed(parse_scene(data)) == pytest.approx(36000 * RPM)
     data["model"]["level"] = "beam"
     with pytest.raises(SceneError, match=r"there is no solid to recover"):
+        parse_scene(data)
+
+
+def test_steady_spin_needs_the_stress_of_the_spin(asked):
+    data = asked({**RECOVERY, "states": [{"speed_rpm": 9000}]})
+    data["effects"] = {"stress_stiffening": "off", "spin_softening": "off"}
+    with pytest.raises(SceneError, match=r"states\[0\].speed_rpm: steady spin has no stress"):
         parse_scene(data)
 
 

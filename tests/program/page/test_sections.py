@@ -12,6 +12,7 @@ from everything import everything
 
 from solidwhirl.analyses.recovery import analysis as recovery
 from solidwhirl.analyses.registry import KINDS
+from solidwhirl.files.vtk_files import Grid, write_vtu
 from solidwhirl.page.frame.plotly_chart import page_chart, slug
 from solidwhirl.page.frame.records import (
     COLOR_TOKENS,
@@ -72,7 +73,9 @@ def test_every_kind_of_analysis_is_shown():
     run = everything()
     asked = {spec.kind: spec.label for spec in run.results.scene.analyses}
     # the scene of these tests has no meshed body, nor one that bends unlike in two planes
-    assert set(asked) == set(KINDS) - {"recovery", "nodal_diameters", "asymmetric_response"}
+    assert set(asked) == set(KINDS) - {
+        *("recovery", "nodal_diameters", "asymmetric_response", "level_comparison")
+    }
     names = " ".join(c.name for c in charts())
     texts = " ".join(b.text for s in sections() for b in s.blocks if isinstance(b, Text))
     for kind, label in asked.items():
@@ -167,13 +170,27 @@ def test_nothing_is_told_by_colour_alone():
             assert len(set(dashes)) > 1, chart.name
 
 
+def halved_cube(path):
+    """A cube of five tetrahedra from -1 to 1, its stress 2 MPa and 1 MPa/m along x."""
+    points = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
+    tetrahedra = np.array([[0, 1, 2, 4], [3, 1, 2, 7], [5, 1, 4, 7], [6, 2, 4, 7], [1, 2, 4, 7]])
+    fields = {"displacement": 0.0 * points, "von_mises_total": 1e6 * (2.0 + points[:, 0])}
+    write_vtu(Grid(points_m=points, cells=((10, tetrahedra),), point_data=fields), path)
+
+
 def test_a_recovery_tells_stresses_states_and_files():
     state = {"mode": 1, "speed_rpm": 3000.0}
     spec = recovery.RecoverySpec(kind="recovery", bodies=["rotor"], states=[state])
-    files = {"recovery/s_rotor_first.vtu": None, "notes.txt": None}
+    files = {"recovery/s_rotor_first.vtu": halved_cube, "notes.txt": None}
     document = {"states": recovered()}
-    found = SimpleNamespace(document=document, outcome=SimpleNamespace(files=files))
-    chart, stresses, states, listed = spec.blocks(found)
+    found = SimpleNamespace(name="s", document=document, outcome=SimpleNamespace(files=files))
+    chart, stresses, cut, states, listed = spec.blocks(found)
+    (body,) = cut.bodies  # of the other state there is no file
+    assert (body.label, body.unit, body.largest) == ("first, rotor", "MPa", 3.0)
+    # values are linear from -1 to 1 m: 2 MPa on the cut face
+    at_cut = np.abs(body.points_m[:, 0]) < 1e-9
+    np.testing.assert_allclose(body.values, 2.0 + body.points_m[:, 0])
+    assert at_cut.any() and body.points_m[:, 0].min() == 0.0 and body.points_m[:, 0].max() == 1.0
     bars = {t["name"]: t["y"] for t in page_chart(chart).traces}
     np.testing.assert_allclose(bars["of the state"], [3.0, 4.0])  # MPa
     np.testing.assert_allclose(bars["both together"], [np.nan, 7.0])

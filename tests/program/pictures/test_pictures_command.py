@@ -134,7 +134,7 @@ def test_an_unknown_name_is_refused_before_anything_is_computed(laval, tmp_path,
 
 def test_no_name_of_a_run_is_refused_early(laval, twin, geared):
     """What the catalogue has may be asked for, by name and by patterns."""
-    (response,) = read_scene(SCENES / "ferraris.toml").analyses
+    response, *_ = read_scene(SCENES / "ferraris.toml").analyses
     analyses = (response.model_copy(update={"count": 21}),)
     twice = run_scene(twin.scene.model_copy(update={"analyses": analyses}))
     for run in (laval, twin, geared, twice):

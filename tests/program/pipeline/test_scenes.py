@@ -156,7 +156,7 @@ AT_SPEED_HZ = {10000.0: (164.65, 192.12, 361.5, 618.9), 20000.0: (146.8, 189.7, 
 def evenly_meshed(scene_data):
     """The twin rotor on even second-order elements of 5 mm."""
     data = scene_data("ferraris")
-    even = {"order": 2, "size_m": 5e-3, "corner_size_m": 5e-3, "modes": 8}
+    even = {"level": "harmonic", "order": 2, "size_m": 5e-3, "corner_size_m": 5e-3, "modes": 8}
     scene = parse_scene({**data, "model": {**data["model"], **even}, "analyses": []})
     return run_scene(scene)
 

@@ -219,13 +219,16 @@ def test_pictures_that_take_long_follow_when_sliders_rest(watched, scene_path, m
 def test_beams_come_before_the_bodies_of_the_scene_then_error_bands(watched, tmp_path, root):
     path = tmp_path / "ferraris.toml"
     text = (root / "scenes" / "ferraris.toml").read_text(encoding="utf-8")
-    path.write_text(text + "\n[model]\naccuracy = 0.05\n" * ("[model]" not in text), "utf-8")
+    assert 'level = "solid"' in text
+    path.write_text(text.replace('level = "solid"', 'level = "harmonic"'), "utf-8")
     _, told = watched(path)
     assert told.wait("picture")["preliminary"]
     found = told.wait("picture", lambda m: not m["preliminary"])
     assert found["stage"] == "waiting" and "error" not in found["critical_speeds"]
     assert "estimated error" in told.wait("picture", _whole)["critical_speeds"]
-    assert "analyses (unbalance_response)" in " ".join(told.last("scene")["remarks"])
+    assert "analyses (unbalance_response, level_comparison, stress)" in " ".join(
+        told.last("scene")["remarks"]
+    )
     # another support needs no beams
     _save(path, path.read_text().replace("[8e6, 0.0]", "[7e6, 0.0]"))
     assert not told.wait("picture")["preliminary"]
