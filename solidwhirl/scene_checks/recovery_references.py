@@ -12,7 +12,7 @@ from solidwhirl.scene.records import Scene
 
 if TYPE_CHECKING:
     from solidwhirl.analyses.recovery.analysis import RecoverySpec
-    from solidwhirl.analyses.recovery.states import RecoveryStateSpec
+    from solidwhirl.analyses.recovery.records import RecoveryStateSpec
 
 
 def recovery_problems(scene: Scene) -> list[str]:
