@@ -226,7 +226,7 @@ def test_beams_come_before_the_bodies_of_the_scene_then_error_bands(watched, tmp
     found = told.wait("picture", lambda m: not m["preliminary"])
     assert found["stage"] == "waiting" and "error" not in found["critical_speeds"]
     assert "estimated error" in told.wait("picture", _whole)["critical_speeds"]
-    assert "analyses (unbalance_response, level_comparison, stress)" in " ".join(
+    assert "analyses (unbalance_response, level_comparison, recovery)" in " ".join(
         told.last("scene")["remarks"]
     )
     # another support needs no beams
