@@ -215,8 +215,7 @@ def _refuse_more(scene: Scene, before: Plan, plan: Plan) -> None:
                 f"bearings: they act on motions of body {name!r} that it was reduced without, or "
                 f"leave others free; {_ANEW}"
             )
-    pairs = zip(before.effects, plan.effects, strict=True)
-    changed = [a.name for a, b in pairs if a.on != b.on and a.name in _IN_BODIES]
+    changed = [name for name in sorted(_IN_BODIES) if before.on(name) != plan.on(name)]
     problems += [f"effects.{name}: it is in the bodies; {_ANEW}" for name in changed]
     if problems:
         raise SceneError(scene.name, problems)

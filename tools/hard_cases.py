@@ -118,7 +118,10 @@ def _family(name: str, rows: Sequence[Row]) -> str:
 def draw(rows: Sequence[Row]) -> None:
     """Draw measured over limit of every case, a line for each family."""
     names = list(dict.fromkeys(row["family"] for row in rows))[::-1]
-    with picture(PICTURE, "Hard cases: measured over limit", 110.0) as (_, axes):
+    missed = sum(ratio(row) > 1.0 for row in rows)
+    worst = max(map(ratio, rows))
+    title = f"{len(rows)} hard cases, {missed or 'none'} above the limit, worst {worst:.2g} of it"
+    with picture(PICTURE, title, 110.0) as (_, axes):
         places = [names.index(row["family"]) for row in rows]
         axes.plot([max(ratio(r), 1e-9) for r in rows], places, linestyle="none", marker="o",
                   markersize=3.5, alpha=0.5)  # fmt: skip

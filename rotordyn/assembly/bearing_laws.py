@@ -139,9 +139,10 @@ class TableLaw(_LawOfPieces):
 
     `speeds_rad_s`: spin speeds, rising, not negative, shape (s,), s ≥ 2; `stiffness_n_per_m`,
     `damping_n_s_per_m`: on (ux, uy), shape (s, 2, 2); `interpolation`: "monotone" (piecewise cubic
-    after Fritsch and Carlson, no overshoot between the values) or "linear", entry by entry. Raises
-    AssemblyError if shapes do not fit, numbers are not finite, or speeds do not rise or are one
-    speed but for rounding.
+    after Fritsch and Carlson, no overshoot between the values) or "linear", entry by entry;
+    `static_loads_n`: the load of the bearing that each row is of, shape (s,), where it is known.
+    Raises AssemblyError if shapes do not fit, numbers are not finite, or speeds do not rise or are
+    one speed but for rounding.
     """
 
     name: str
@@ -149,6 +150,7 @@ class TableLaw(_LawOfPieces):
     stiffness_n_per_m: FloatArray
     damping_n_s_per_m: FloatArray
     interpolation: str = "monotone"
+    static_loads_n: FloatArray | None = None
     _pieces: LawPieces = field(init=False, repr=False)
 
     def __post_init__(self) -> None:

@@ -169,8 +169,9 @@ class FrequencyTableLaw(AnyFrequencyLaw):
     the motion, likewise, shape (f,), f ≥ 2, or empty: the coefficients do not depend on it.
     `stiffness_n_per_m`, `damping_n_s_per_m`, `mass_kg`: shape (s, f, d, d), or (s, d, d) without
     frequencies; on (ux, uy), d = 2, or (ux, uy, rx, ry), d = 4, then with N, N m and kg m in the
-    blocks that join both. `interpolation`: over the speed, "monotone" or "linear". Raises
-    AssemblyError if shapes do not fit, numbers are not finite, or an axis does not rise.
+    blocks that join both. `interpolation`: over the speed, "monotone" or "linear".
+    `static_loads_n`: as of a `TableLaw`. Raises AssemblyError if shapes do not fit, numbers are not
+    finite, or an axis does not rise.
     """
 
     name: str
@@ -180,6 +181,7 @@ class FrequencyTableLaw(AnyFrequencyLaw):
     mass_kg: FloatArray
     frequencies_rad_s: FloatArray = field(default_factory=lambda: np.zeros(0))
     interpolation: str = "monotone"
+    static_loads_n: FloatArray | None = None
     # polynomials of the speed at each frequency, (f, pieces, 4, K C M, d, d), and their starts
     _starts: tuple[float, ...] = field(init=False, repr=False)
     _rows: FloatArray = field(init=False, repr=False)

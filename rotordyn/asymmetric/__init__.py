@@ -7,7 +7,7 @@ resonances, steady motion, response to motion of the ground, run-ups in time.
 
 from __future__ import annotations
 
-from solidwhirl.rotordyn.asymmetric.assembly import RotatingSystem, assemble_rotating, at_rest
+from solidwhirl.rotordyn.asymmetric.assembly import RotatingSystem, assemble_rotating
 from solidwhirl.rotordyn.asymmetric.in_time.growth import (
     FittedGrowth,
     GrowthEnd,
@@ -25,6 +25,7 @@ from solidwhirl.rotordyn.asymmetric.parametric.instability import (
 )
 from solidwhirl.rotordyn.asymmetric.parametric.meetings import Meeting
 from solidwhirl.rotordyn.asymmetric.periodic import Joint, PeriodicSystem, turning_body
+from solidwhirl.rotordyn.asymmetric.standing import at_rest, standing_at
 
 __all__ = [
     "FittedGrowth",
@@ -43,6 +44,7 @@ __all__ = [
     "growth_end",
     "hill_block",
     "run_up_rotating",
+    "standing_at",
     "turning_body",
     "unstable_ranges",
 ]

@@ -33,6 +33,7 @@ from solidwhirl.rotordyn.asymmetric.periodic import (
     joint_terms,
     lean,
 )
+from solidwhirl.rotordyn.asymmetric.standing import PAIRS, interface_turn
 from solidwhirl.rotordyn.core.arrays import FloatArray, Matrix, ReadOnlyArrays
 from solidwhirl.rotordyn.core.errors import AssemblyError
 from solidwhirl.rotordyn.core.reprs import lines_of
@@ -43,7 +44,6 @@ from solidwhirl.rotordyn.superelement.record import Superelement
 _EVEN = 1e-9
 # Smallest diagonal over the largest that is told from rounding.
 _ROUNDING = 1e-5
-_PAIRS = (("ux", "uy"), ("rx", "ry"))
 # Speed ratios that differ by less are one.
 _SAME_RATIO = 1e-9
 
@@ -165,28 +165,6 @@ def assemble_rotating(
     return replace(found, periodic=periodic)
 
 
-def at_rest(rotors: Mapping[str, Rotor]) -> dict[str, Rotor]:
-    """Return the bodies of an engine at rest and at the angle 0, as `assemble` takes them.
-
-    Forces of the spin are left out, and internal damping of asymmetric bodies.
-    """
-    out = {}
-    for name, rotor in rotors.items():
-        element = rotor.element
-        if element.frame == "rotating":
-            none = np.zeros_like(element.mass)
-            still = replace(
-                element,
-                frame="inertial",
-                gyroscopic=none,
-                stress_stiffening=none,
-                spin_softening=none,
-            )
-            rotor = replace(rotor, element=still, internal_damping=None)
-        out[name] = rotor
-    return out
-
-
 def _frame_ratio(system: System) -> float:
     """Speed ratio of the asymmetric bodies."""
     ratios = {n: r.speed_ratio for n, r in system.rotors.items() if r.element.frame == "rotating"}
@@ -241,28 +219,9 @@ def _turns(system: System, generators: Mapping[str, FloatArray | None]) -> Float
     for name, rotor in system.rotors.items():
         element, turn = rotor.element, generators[name]
         if element.frame == "rotating":
-            turn = _interface_turn(element)
+            turn = interface_turn(element)
         blocks.append(np.zeros((element.size,) * 2) if turn is None else turn)
     return np.asarray(la.block_diag(*blocks))
-
-
-def _interface_turn(element: Superelement) -> FloatArray:
-    """L of the interfaces of an asymmetric body, 0 of its modes."""
-    out = np.zeros((element.size, element.size))
-    for node in element.interfaces:
-        has = element.components_at(node.name)
-        for x, y in _PAIRS:
-            if (x in has) != (y in has):
-                raise AssemblyError(
-                    (
-                        f"body {element.name!r}, interface {node.name!r} has {list(has)}; a body "
-                        f"that turns needs {x} and {y}, or none of them",
-                    )
-                )
-            if x in has:
-                first, second = (element.interface_index(node.name, c) for c in (x, y))
-                out[second, first], out[first, second] = 1.0, -1.0
-    return out
 
 
 def _refuse_half_held(system: System, turned: frozenset[str]) -> None:
@@ -272,7 +231,7 @@ def _refuse_half_held(system: System, turned: frozenset[str]) -> None:
         sides = {end.body in turned for end in bearing.ends}
         if True not in sides:
             continue
-        for pair in _PAIRS:
+        for pair in PAIRS:
             held = [c for c in pair if c in bearing.rigid]
             if len(held) == 1:
                 problems.append(

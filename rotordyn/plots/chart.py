@@ -181,6 +181,16 @@ class Label:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Note:
+    """A text within the frame, whose "left" or "right" end or "center" is at a point."""
+
+    x: float
+    y: float
+    text: str
+    align: str
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Heat:
     """A map of values (y, x) in colours by their logarithm, four decades at most."""
 
@@ -228,7 +238,7 @@ class Bars:
     texts: Sequence[str] = ()
 
 
-Mark = Curve | Fill | Span | Rule | Label | Heat | Ridges | Bars
+Mark = Curve | Fill | Span | Rule | Label | Note | Heat | Ridges | Bars
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -178,6 +178,9 @@ def _draw(figure: Figure, axes: Axes, chart: charts.Chart) -> None:
                 _draw_rule(axes, part)
             case charts.Label():
                 _draw_label(axes, part)
+            case charts.Note():
+                axes.text(part.x, part.y, part.text, ha=part.align, va="center",
+                          fontsize=frame.SMALL_PT, zorder=order)  # fmt: skip
             case charts.Heat():
                 _draw_heat(figure, axes, part, chart.y)
             case charts.Ridges():

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -12,39 +13,45 @@ from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.response.static import bearing_loads
 
+Key = TypeVar("Key", bound=Hashable)
 # Part of a step below which an iteration that swings is given up.
 _SHORTEST = 1.0 / 64.0
 
 
+# Rounds that the next loads are made of.
+_DEPTH = 8
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
-class LoadEquilibrium:
+class LoadEquilibrium(Generic[Key]):
     """Loads that bearings have with the coefficients that they have under these loads.
 
-    `system`: assembled with `loads_n`, lateral loads √(Fx² + Fy²) by bearing; `vectors_n`: the
-    loads that it has, (3,) each. `changes`: in each round the largest difference between loads
-    that went in and that came out, over the largest load. `converged`: whether the last is below
-    the tolerance; the loads are of no use if not.
+    `system`: assembled with `loads_n`, lateral loads √(Fx² + Fy²) by bearing, or whatever key tells
+    a bearing at a speed; `vectors_n`: the loads that it has, (3,) each. `changes`: in each round
+    the largest difference between loads that went in and that came out, over the largest load.
+    `converged`: whether the last is below the tolerance; the loads are of no use if not.
     """
 
     system: AssembledSystem
-    loads_n: Mapping[str, float]
-    vectors_n: Mapping[str, FloatArray]
+    loads_n: Mapping[Key, float]
+    vectors_n: Mapping[Key, FloatArray]
     changes: tuple[float, ...]
     converged: bool
 
 
 def loads_in_equilibrium(
-    assemble_with: Callable[[Mapping[str, float]], AssembledSystem],
-    start_n: Mapping[str, float],
-    loads_of: Callable[[AssembledSystem], Mapping[str, FloatArray]] = bearing_loads,
+    assemble_with: Callable[[Mapping[Key, float]], AssembledSystem],
+    start_n: Mapping[Key, float],
+    loads_of: Callable[[AssembledSystem], Mapping[Key, FloatArray]] = bearing_loads,  # type: ignore[assignment]
     tolerance: float = 1e-9,
     most: int = 60,
-) -> LoadEquilibrium:
+) -> LoadEquilibrium[Key]:
     """Find the fixed point load -> coefficients -> load.
 
     `assemble_with`: makes a system with the coefficients of its bearings at given lateral loads,
     N. `start_n`: loads to begin with, of the bearings that depend on them. `loads_of`: loads of the
-    bearings of a system by name, `bearing_loads` with the loads and the speed that are wanted.
+    bearings of a system by the same keys, names by themselves: `bearing_loads` with the loads and
+    the speed that are wanted; a key may also be a bearing with a speed.
     `tolerance`: of the largest load. `most`: systems that are tried.
 
     Where supports are not redundant, the loads are those of a balance and the first round has
@@ -55,7 +62,7 @@ def loads_in_equilibrium(
     """
     names = list(start_n)
     loads = np.array([float(start_n[name]) for name in names])
-    part, changes = 1.0, list[float]()
+    part, changes, rounds = 1.0, list[float](), list[tuple[FloatArray, FloatArray]]()
     for _ in range(most):
         system = assemble_with(dict(zip(names, loads.tolist(), strict=True)))
         vectors = loads_of(system)
@@ -70,8 +77,9 @@ def loads_in_equilibrium(
         if changes[-1] <= tolerance or part < _SHORTEST:
             break
         if len(changes) > 1 and changes[-1] >= changes[-2]:
-            part *= 0.5
-        loads = loads + part * (found - loads)
+            part, rounds = 0.5 * part, []
+        rounds = [*rounds[-_DEPTH:], (loads, found - loads)]
+        loads = np.maximum(_next_loads(rounds, part), 0.0)
     return LoadEquilibrium(
         system=system,
         loads_n=dict(zip(names, loads.tolist(), strict=True)),
@@ -79,3 +87,13 @@ def loads_in_equilibrium(
         changes=tuple(changes),
         converged=changes[-1] <= tolerance,
     )
+
+
+def _next_loads(rounds: Sequence[tuple[FloatArray, FloatArray]], part: float) -> FloatArray:
+    """Loads and their differences of some rounds, the last one last: loads of the next round."""
+    loads, difference = rounds[-1]
+    if len(rounds) == 1:
+        return np.asarray(loads + part * difference)
+    steps, changes = (np.diff(np.array(values), axis=0).T for values in zip(*rounds, strict=True))
+    weights, *_ = np.linalg.lstsq(changes, difference, rcond=1e-8)
+    return np.asarray(loads + part * difference - (steps + part * changes) @ weights)

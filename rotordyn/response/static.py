@@ -21,13 +21,17 @@ from solidwhirl.rotordyn.assembly.reactions import JointForces, joint_forces
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, gravity_load, matrices_at_speed
 from solidwhirl.rotordyn.core.arrays import FloatArray, Matrix
 from solidwhirl.rotordyn.core.errors import AnalysisError, AssemblyError, SuperelementError
-from solidwhirl.rotordyn.modes.centreline import centreline_motion
+from solidwhirl.rotordyn.modes.centreline import centreline_motion, interface_rows
 from solidwhirl.rotordyn.superelement.record import Superelement
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
 
 #: Standard acceleration of free fall, m/s² (ISO 80000-3), and weight where y points up.
 STANDARD_GRAVITY = 9.80665
 DOWN = (0.0, -STANDARD_GRAVITY, 0.0)
+# Fewest points of an axis that tell how it bends.
+_BENT = 3
+# Points closer than this fraction of the length are at one place.
+_SAME_PLACE = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -229,9 +233,16 @@ def _stacked(assembled: AssembledSystem, points: Sequence[PointLoad]) -> FloatAr
 
 
 def _line(element: Superelement, coordinates: FloatArray) -> DeflectionLine:
-    line = centreline_motion(element)
-    order = np.argsort(line.axial_m, kind="stable")
-    axial, moved = line.axial_m[order], (line.modes @ coordinates)[order]
+    found = centreline_motion(element)
+    places, modes = found.axial_m, found.modes
+    if places.size < _BENT:  # as of a bar, whose faces have a point on the axis at its ends alone
+        nodes = interface_rows(element)
+        apart = np.abs(nodes.axial_m[:, None] - places).min(axis=1, initial=np.inf)
+        new = apart > _SAME_PLACE * np.ptp(np.concatenate((nodes.axial_m, places)))
+        places = np.concatenate((places, nodes.axial_m[new]))
+        modes = np.concatenate((modes, nodes.modes[new]))
+    order = np.argsort(places, kind="stable")
+    axial, moved = places[order], (modes @ coordinates)[order]
     slope = np.zeros_like(moved)
     if axial.size > 1:
         slope = np.gradient(moved, axial, axis=0, edge_order=1 if axial.size == 2 else 2)

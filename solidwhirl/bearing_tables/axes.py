@@ -54,7 +54,10 @@ def at_load(table: CoefficientTable, load_n: float | None) -> CoefficientTable:
         return table
     span = f"the table has {loads.size} loads from {loads[0]:g} to {loads[-1]:g} N"
     if load_n is None:
-        raise TableFileError(table.source, f"load_n: missing; {span}")
+        raise TableFileError(
+            table.source,
+            f"load_n: missing; {span} (load_from takes the loads of a static analysis)",
+        )
     if not loads[0] <= load_n <= loads[-1]:
         raise TableFileError(table.source, f"load_n: found {load_n:g}; {span}")
     high = int(np.searchsorted(loads, load_n))

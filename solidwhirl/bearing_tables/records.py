@@ -54,3 +54,20 @@ class CoefficientTable:
         for name in ("stiffness_n_per_m", "damping_n_s_per_m", "mass_kg"):
             if getattr(self, name).shape != shape:
                 raise ValueError(f"{name} has shape {getattr(self, name).shape}, not {shape}")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class AxialCoefficients:
+    """Coefficients along z of a thrust bearing at speeds, which no law of a scene has.
+
+    `speeds_rad_s`: of the rotor, shape (s,); `stiffness_n_per_m`, `damping_n_s_per_m`: likewise;
+    `source`: file and model.
+    """
+
+    speeds_rad_s: FloatArray
+    stiffness_n_per_m: FloatArray
+    damping_n_s_per_m: FloatArray
+    source: str
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)

@@ -8,14 +8,14 @@ import os
 import subprocess
 import tempfile
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from solidwhirl.bearing_tables.grid import GridError, on_grid
-from solidwhirl.bearing_tables.records import CoefficientTable, TableFileError
+from solidwhirl.bearing_tables.records import AxialCoefficients, CoefficientTable, TableFileError
 from solidwhirl.core.errors import UserError
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
@@ -46,14 +46,21 @@ def speeds_of(text: str) -> FloatArray:
     return np.asarray((first + step * np.arange(count)) * RAD_S_PER_RPM)
 
 
-def film_table(path: Path, speeds_rad_s: FloatArray, python: Path | None) -> CoefficientTable:
+class Film(NamedTuple):
+    """What a film model gives: across the axis, and along it; None where it has nothing."""
+
+    across: CoefficientTable | None
+    along: AxialCoefficients | None
+
+
+def film_of(path: Path, speeds_rad_s: FloatArray, python: Path | None) -> Film:
     """Return what a film model of ROSS gives at some speeds.
 
     `path`: TOML with `model`, a class of ROSS such as "CylindricalBearing", and `[arguments]`,
     those of the class without `n` and the speeds, in SI or as { value = 30, unit = "mm" };
     `python`: of ROSS's environment; without it that is searched for, see `ross_python`.
-    Raises TableFileError: the file, the model or its arguments are refused, or ROSS fails;
-    UserError: no environment has ROSS.
+    Raises TableFileError: the file, the model or its arguments are refused, or ROSS fails or gives
+    no coefficients; UserError: no environment has ROSS.
     """
     request = _request(path) | {"speeds_rad_s": speeds_rad_s.tolist()}
     reply = _run(path, ross_python(python), request)
@@ -61,14 +68,37 @@ def film_table(path: Path, speeds_rad_s: FloatArray, python: Path | None) -> Coe
         raise TableFileError(path, str(reply["error"]))
     axis = np.array(reply["axis_rad_s"], dtype=float)
     values = {k: np.array(v, dtype=float) for k, v in reply["coefficients"].items() if v}
-    columns = {k: np.broadcast_to(v, axis.shape) for k, v in values.items() if not k.endswith("zz")}
-    if not any(column.any() for column in columns.values()):
-        raise TableFileError(path, f"{request['model']} gives no coefficients on ux and uy")
-    over_motion = request["model"] in _OVER_FREQUENCY
-    try:
-        found, matrices = on_grid(
-            {"frequencies_rad_s" if over_motion else "speeds_rad_s": axis}, columns
+    columns = {k: np.broadcast_to(v, axis.shape) for k, v in values.items()}
+    unknown = [k for k, column in columns.items() if not np.isfinite(column).all()]
+    if unknown:
+        raise TableFileError(path, f"{request['model']} gives no number for {', '.join(unknown)}")
+    source = f"{path.name}: {request['model']} of ROSS {reply['version']}"
+    across = {k: column for k, column in columns.items() if not k.endswith("zz")}
+    along = {k: columns.get(k, np.zeros_like(axis)) for k in ("kzz", "czz")}
+    found = Film(
+        across=_across(path, request["model"], axis, across, source)
+        if any(column.any() for column in across.values())
+        else None,
+        along=AxialCoefficients(
+            speeds_rad_s=axis,
+            stiffness_n_per_m=along["kzz"],
+            damping_n_s_per_m=along["czz"],
+            source=source,
         )
+        if any(column.any() for column in along.values())
+        else None,
+    )
+    if found == Film(None, None):
+        raise TableFileError(path, f"{request['model']} gives no coefficients on ux, uy and uz")
+    return found
+
+
+def _across(
+    path: Path, model: str, axis: FloatArray, columns: Mapping[str, FloatArray], source: str
+) -> CoefficientTable:
+    over = "frequencies_rad_s" if model in _OVER_FREQUENCY else "speeds_rad_s"
+    try:
+        found, matrices = on_grid({over: axis}, columns)
     except GridError as error:
         raise TableFileError(path, str(error)) from error
     return CoefficientTable(
@@ -76,7 +106,7 @@ def film_table(path: Path, speeds_rad_s: FloatArray, python: Path | None) -> Coe
         stiffness_n_per_m=matrices["k"],
         damping_n_s_per_m=matrices["c"],
         mass_kg=matrices["m"],
-        source=f"{path.name}: {request['model']} of ROSS {reply['version']}",
+        source=source,
     )
 
 

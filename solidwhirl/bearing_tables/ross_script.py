@@ -104,7 +104,8 @@ def main() -> None:
         try:
             reply = computed(ross, request)
         except Exception as error:  # what a model says of its numbers is for the user
-            reply = {"error": f"{request['model']}: {type(error).__name__}: {error}"}
+            unit = "; it needs its unit, as { value = 15, unit = 'deg' }" * ("m_as" in str(error))
+            reply = {"error": f"{request['model']}: {type(error).__name__}: {error}{unit}"}
     Path(sys.argv[2]).write_text(json.dumps(reply), encoding="utf-8")
 
 

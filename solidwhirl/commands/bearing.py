@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from solidwhirl.bearing_tables import CoefficientTable
+    from solidwhirl.bearing_tables.records import AxialCoefficients
+    from solidwhirl.bearing_tables.ross_models import Film
 
 EXAMPLES = examples(
     "solidwhirl bearing pads.csv --out pads.toml --picture pads.png",
@@ -29,6 +31,10 @@ _MOST_ROWS = 60
 _OVER_FREQUENCY = (
     "over frequency alone: --axis speed if it is the speed of the rotor, --axis frequency if it is "
     "that of the motion"
+)
+_AXIAL = (
+    "along z no speed law acts: give axial_stiffness_n_per_m and axial_damping_n_s_per_m of one "
+    "speed in the bearing itself"
 )
 
 
@@ -103,9 +109,14 @@ def _work(options: BearingOptions) -> None:
     from solidwhirl.bearing_tables.axes import is_over_frequency_alone
     from solidwhirl.files.run_folder import refuse_existing
 
+    if (options.file is None) == (options.from_ross is None):
+        raise UserError("give a FILE, or --from-ross with a film model")
     outputs = [path for path in (options.out, options.csv, options.picture) if path is not None]
     refuse_existing(outputs, force=options.force)
-    found = _tables(options)
+    film = None if options.from_ross is None else _of_ross(options)
+    if film is not None and film.across is None and outputs:
+        raise UserError(f"{_AXIAL}, and none is written")
+    found = _tables(options, film)
     if len(found) > 1 and outputs:
         raise UserError(f"--tag: missing; the file has {', '.join(found)}")
     width = None if sys.stdout.isatty() else _WIDTH_WITHOUT_TERMINAL
@@ -114,6 +125,8 @@ def _work(options: BearingOptions) -> None:
         show_table(console, table)
         if options.axis is None and is_over_frequency_alone(table):
             console.print(_OVER_FREQUENCY, soft_wrap=True)
+    if film is not None and film.along is not None:
+        show_axial(console, film.along)
     for path in outputs:
         with writing(path):
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -121,7 +134,7 @@ def _work(options: BearingOptions) -> None:
         typer.echo(f"written: {path}")
 
 
-def _tables(options: BearingOptions) -> Mapping[str, CoefficientTable]:
+def _tables(options: BearingOptions, film: Film | None) -> Mapping[str, CoefficientTable]:
     """Tables that are asked for by their tags, at the load and in the axes of the scene."""
     from solidwhirl.bearing_tables import (
         at_load,
@@ -132,11 +145,9 @@ def _tables(options: BearingOptions) -> Mapping[str, CoefficientTable]:
         turned,
     )
 
-    if (options.file is None) == (options.from_ross is None):
-        raise UserError("give a FILE, or --from-ross with a film model")
     axis, spin = _axis(options.axis), _spin(options.maker_spin)
     if options.file is None:
-        found = {"": _of_ross(options)}
+        found = {} if film is None or film.across is None else {"": film.across}
     elif options.tag is None:
         found = dict(read_tables(options.file))
     else:
@@ -167,12 +178,12 @@ def _spin(given: str) -> Literal["x_to_y", "y_to_x"]:
     raise UserError(f"--maker-spin: found {given!r}, allowed are x_to_y and y_to_x")
 
 
-def _of_ross(options: BearingOptions) -> CoefficientTable:
-    from solidwhirl.bearing_tables.ross_models import film_table, speeds_of
+def _of_ross(options: BearingOptions) -> Film:
+    from solidwhirl.bearing_tables.ross_models import film_of, speeds_of
 
     if options.speeds is None or options.from_ross is None:
         raise UserError("--speeds: missing; --from-ross needs it, as in 3000:12000:1000")
-    return film_table(options.from_ross, speeds_of(options.speeds), options.ross_python)
+    return film_of(options.from_ross, speeds_of(options.speeds), options.ross_python)
 
 
 def _write(options: BearingOptions, table: CoefficientTable, path: Path) -> None:
@@ -214,3 +225,28 @@ def show_table(console: Console, table: CoefficientTable) -> None:
         console.print(Text(f"and {len(numbers) - _MOST_ROWS} more rows"))
     for line in (*table.notes, *findings(table)):
         console.print(Text(line, style="yellow" if line.startswith("warning") else ""))
+
+
+def show_axial(console: Console, found: AxialCoefficients) -> None:
+    """Print the coefficients along the axis and where a scene has them."""
+    from rich import box
+    from rich.table import Table
+    from rich.text import Text
+
+    from solidwhirl.core.key_units import label_of
+    from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
+
+    title = Text(f"{found.source}, along z")
+    shown = Table(box=box.SIMPLE_HEAD, title=title, title_justify="left")
+    for head in ("speed_rpm", "kzz_n_per_m", "czz_n_s_per_m"):
+        shown.add_column(label_of(head).replace(" ", "\n"), justify="right")
+    rows = zip(
+        found.speeds_rad_s * RPM_PER_RAD_S,
+        found.stiffness_n_per_m,
+        found.damping_n_s_per_m,
+        strict=True,
+    )
+    for speed, stiffness, damping in rows:
+        shown.add_row(f"{speed:.6g}", f"{stiffness:.4g}", f"{damping:.4g}")
+    console.print(shown)
+    console.print(Text(_AXIAL), soft_wrap=True)

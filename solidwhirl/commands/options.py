@@ -125,6 +125,8 @@ def examples(*lines: str) -> str:
 def chosen_scene(path: Path, level: str | None, accuracy: float | None) -> Scene:
     """Read a scene, with the values of the command line in place of its own.
 
+    As beams, its bodies have no stress: recoveries of them are left out, with a warning.
+
     Raises SceneError: the file or an option is refused.
     """
     from solidwhirl.scene_checks.recovery_references import recovery_problems
@@ -139,11 +141,26 @@ def chosen_scene(path: Path, level: str | None, accuracy: float | None) -> Scene
         raise SceneError("command line", problems) from error
     if level is None:  # its analyses were looked at with the file
         return changed
+    if level == "beam":
+        changed = _without_recoveries(changed)
     # what an analysis needs may be there on the scene's own level alone
     problems = [f"--level: {p}" for p in (*recovery_problems(changed), *analysis_problems(changed))]
     if problems:
         raise SceneError("command line", problems)
     return changed
+
+
+def _without_recoveries(scene: Scene) -> Scene:
+    left = [
+        a.label
+        for a in scene.analyses
+        if a.kind == "recovery" and set(a.bodies) & set(scene.bodies)
+    ]
+    if left:
+        said = f"--level beam leaves out {', '.join(left)}: beams have no stress to recover"
+        typer.echo(f"warning: {said}", err=True)
+    kept = tuple(a for a in scene.analyses if a.label not in left)
+    return scene.model_copy(update={"analyses": kept})
 
 
 def _option_problem(error: Any) -> str:

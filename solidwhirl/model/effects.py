@@ -16,6 +16,7 @@ from solidwhirl.meshing.imported.records import AnyBody, is_asymmetric
 from solidwhirl.model.mesh_bodies import base_plan, build_mesh_bodies, mesh_plan
 from solidwhirl.model.plan_records import BodyPlan, Effect, Plan
 from solidwhirl.model.resolution import choose_resolution
+from solidwhirl.model.static_loads import load_case, loaded_bearings
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
 from solidwhirl.scene.bearing_physics import AbsoluteLaw
@@ -53,6 +54,7 @@ def make_plan(scene: Scene, bodies: Mapping[str, Body], level: str | None = None
             or any(spec.speed_ratio for spec in scene.imported.values()),
         ),
         *_called_for(scene),
+        *_static_loads(scene),
         _asymmetry(list(asymmetric)),
         *_estimates(scene, meshed=bool(scene.finite_element_bodies())),
         _recovery(scene),
@@ -177,6 +179,19 @@ def _called_for(scene: Scene) -> tuple[Effect, ...]:
     return tuple(out)
 
 
+def _static_loads(scene: Scene) -> tuple[Effect, ...]:
+    """Tables over the load, where the scene has any."""
+    case, bearings = load_case(scene), ", ".join(loaded_bearings(scene))
+    if case is None:
+        return ()
+    why = (
+        f"tables over the load are read at the static loads of {case.label!r}, at each of their "
+        f"speeds: {bearings}"
+    )
+    cost = "static solutions at the speeds of the tables until loads and coefficients agree"
+    return (Effect(name="static_loads", on=True, why=why, cost=cost),)
+
+
 def _damped_joints(scene: Scene) -> list[str]:
     """Names of bearings and gears that have damping."""
     keys = [k for k in BearingSpec.model_fields if "damping" in k]
@@ -268,6 +283,8 @@ def _refuse_kinds(scene: Scene, asymmetric: list[str]) -> None:
                 f"that are the same in all directions, and {', '.join(asymmetric)} bend unlike in "
                 "two planes; leave it out"
             )
+        if analysis.kind == "static":
+            _refuse_static(scene, f"analyses[{k}]", analysis, asymmetric)
         if analysis.of_bodies in ("any", wanted):
             continue
         where = f"analyses[{k}].kind: {analysis.kind!r} is"
@@ -282,6 +299,29 @@ def _refuse_kinds(scene: Scene, asymmetric: list[str]) -> None:
             f"bend unlike in two planes: in fixed axes their matrices change with the angle; "
             f"allowed are {', '.join(known)} (every run has critical speeds, unstable ranges "
             "and diagrams in both frames)"
+        )
+
+
+def _refuse_static(scene: Scene, where: str, analysis: StaticSpec, asymmetric: list[str]) -> None:
+    """Refuse what static loads of bodies that bend unlike in two planes can't be, or of others."""
+    if not asymmetric:
+        if analysis.angles_deg != (0.0,):
+            raise AnalysisError(
+                f"{where}.angles_deg: is of bodies that bend unlike in two planes; here all are "
+                "the same in all directions: leave it out"
+            )
+        return
+    named = f"{', '.join(asymmetric)} bend unlike in two planes"
+    if any(analysis.speeds_rpm):
+        raise AnalysisError(
+            f"{where}.speeds_rpm: {named}, so that weight shakes them twice per turn: static is at "
+            'rest, at angles_deg; at speed "asymmetric_response" with gravity_m_per_s2 has mean '
+            "deflection and shaking"
+        )
+    if load_case(scene) is not None:
+        raise AnalysisError(
+            f"{where}: {named}, so that their bearings have no one load; give load_n in place of "
+            "load_from"
         )
 
 

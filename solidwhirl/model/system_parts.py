@@ -12,6 +12,7 @@ from solidwhirl.analyses.unbalances import end_of
 from solidwhirl.model.bodies import known_material, scene_materials
 from solidwhirl.model.imported_bodies import imported_elements
 from solidwhirl.model.plan_records import Plan
+from solidwhirl.model.static_loads import Loads, at_static_loads, load_case
 from solidwhirl.rotordyn import (
     LEE_ANISOTROPIC,
     LEE_ISOTROPIC,
@@ -31,6 +32,7 @@ from solidwhirl.rotordyn import (
     beam_superelement,
     rigid_superelement,
 )
+from solidwhirl.rotordyn.assembly.load_laws import LoadTable
 from solidwhirl.rotordyn.asymmetric import RotatingSystem, assemble_rotating, at_rest
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
@@ -41,6 +43,7 @@ from solidwhirl.scene.joints import (
     FileLawSpec,
     FrequencyTableLawSpec,
     GearSpec,
+    LoadTableLawSpec,
     PolynomialLawSpec,
     SpeedLawSpec,
 )
@@ -58,9 +61,17 @@ _OF_EFFECT = {
 
 
 def engine_of(scene: Scene, plan: Plan, elements: Mapping[str, Superelement]) -> AssembledSystem:
-    """Assemble bodies, bearings and gears of a scene; asymmetric ones as they are at rest."""
-    parts = at_rest(rotors(scene, plan, elements))
-    return assemble(parts, bearings(scene, plan), gears=gears(scene, plan))
+    """Assemble bodies, bearings and gears of a scene; asymmetric ones as they are at rest.
+
+    Raises AnalysisError: tables of bearings over their load do not reach to it.
+    """
+    parts, geared = at_rest(rotors(scene, plan, elements)), gears(scene, plan)
+
+    def assembled(loads: Loads) -> AssembledSystem:
+        return assemble(parts, bearings(scene, plan, loads), gears=geared)
+
+    case = load_case(scene)
+    return assembled({}) if case is None else at_static_loads(scene, case, assembled)
 
 
 def rotating_engine_of(
@@ -135,23 +146,32 @@ def rotors(scene: Scene, plan: Plan, elements: Mapping[str, Superelement]) -> di
     return out
 
 
-def bearings(scene: Scene, plan: Plan) -> tuple[Bearing, ...]:
-    """Bearings of a scene without what belongs to effects that the plan has off."""
+def bearings(scene: Scene, plan: Plan, loads: Loads | None = None) -> tuple[Bearing, ...]:
+    """Bearings of a scene without what belongs to effects that the plan has off.
+
+    `loads`: of the bearings with a table over it.
+    """
     off = tuple(name for name in _OF_EFFECT if not plan.on(name))
     damped = plan.on("bearing_damping")
-    laws = {name: _law(name, spec, damped) for name, spec in scene.speed_laws.items()}
-    if plan.on("speed_dependent_bearings"):
-        return tuple(_bearing(spec, off, laws) for spec in scene.bearings)
-    tables = {
-        name: law for name, law in laws.items() if isinstance(law, TableLaw | FrequencyTableLaw)
+    laws = {
+        name: _load_table(name, spec, damped)
+        if isinstance(spec, LoadTableLawSpec)
+        else _law(name, spec, damped)
+        for name, spec in scene.speed_laws.items()
     }
-    return tuple(_at_rest(_bearing(spec, off, tables)) for spec in scene.bearings)
+    found = []
+    for spec in scene.bearings:
+        law = laws.get(spec.speed_law or "")
+        if isinstance(law, LoadTable):
+            law = law.at((loads or {})[spec.name])
+        found.append(_bearing(spec, off, law))
+    return tuple(found) if plan.on("speed_dependent_bearings") else tuple(map(_at_rest, found))
 
 
 def _at_rest(bearing: Bearing) -> Bearing:
     """The bearing with the values of its table at rest, as the table has no others."""
-    if bearing.speed_law is None:
-        return bearing
+    if not isinstance(bearing.speed_law, TableLaw | FrequencyTableLaw):
+        return replace(bearing, speed_law=None)
     zero = np.zeros((2, 2))
     k, c = bearing.speed_law.coefficients(0.0, zero, zero)
     if len(k) == 4 and (k[:2, 2:].any() or k[2:, :2].any() or c[:2, 2:].any() or c[2:, :2].any()):
@@ -182,6 +202,11 @@ def _frequency_law(name: str, spec: FrequencyTableLawSpec, damped: float) -> Fre
     )
 
 
+def _load_table(name: str, spec: LoadTableLawSpec, damped: bool) -> LoadTable:
+    laws: tuple[Any, ...] = tuple(_law(name, table, damped) for table in spec.tables)
+    return LoadTable(loads_n=np.array(spec.load_n), laws=laws)
+
+
 def _law(name: str, spec: SpeedLawSpec, damped: bool) -> SpeedLaw:
     if isinstance(spec, PolynomialLawSpec):
         return PolynomialLaw(name=name, **spec.model_dump(exclude={"kind"}))
@@ -197,7 +222,7 @@ def _law(name: str, spec: SpeedLawSpec, damped: bool) -> SpeedLaw:
     return _PRESETS[spec.preset]
 
 
-def _bearing(spec: BearingSpec, off: tuple[str, ...], laws: Mapping[str, SpeedLaw]) -> Bearing:
+def _bearing(spec: BearingSpec, off: tuple[str, ...], law: SpeedLaw | None) -> Bearing:
     values: dict[str, FloatArray | float] = {}
     fixed = {c for name in off for c in _OF_EFFECT[name][1]}
     for key in BearingSpec.model_fields:
@@ -212,7 +237,7 @@ def _bearing(spec: BearingSpec, off: tuple[str, ...], laws: Mapping[str, SpeedLa
         first=end_of(spec.first),
         second=None if spec.second == "ground" else end_of(spec.second),
         rigid=tuple(c for c in spec.rigid if c not in fixed),
-        speed_law=laws.get(spec.speed_law or ""),
+        speed_law=law,
         cross_coupling=spec.cross_coupling,
         **values,  # type: ignore[arg-type]
     )

@@ -15,6 +15,7 @@ from solidwhirl.cache.files import FreshStore, StageStore
 from solidwhirl.core.outcome import Outcome, Write
 from solidwhirl.core.stages import Progress
 from solidwhirl.files.run_folder import writing_problem
+from solidwhirl.model.static_loads import load_case
 from solidwhirl.scene.records import Scene, without_folders
 
 Origin = Literal["computed", "kept"]
@@ -26,9 +27,14 @@ open_store, open_fresh_store = StageStore, FreshStore
 
 
 def engine_part(scene: Scene) -> dict[str, Any]:
-    """The parts of a scene that numbers of its engine depend on, its analyses left out."""
+    """The parts of a scene that numbers of its engine depend on.
+
+    Its analyses are left out, but for one whose loads coefficients of bearings are taken at.
+    """
     parts = {n: getattr(scene, n) for n in type(scene).model_fields if n not in _WORDS}
-    return {**parts, **without_folders(scene)}
+    case = load_case(scene)
+    loads = {} if case is None else {"static_loads": case}
+    return {**parts, **loads, **without_folders(scene)}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -13,6 +13,7 @@ from solidwhirl.core.fields import (
     ZERO_MATRIX,
     BesideScene,
     EndText,
+    FileName,
     Finite,
     Matrix,
     Motion,
@@ -281,6 +282,33 @@ class FrequencyTableLawSpec(AbsoluteLaw):
         return len(self.stiffness_n_per_m[0][0]) == 4
 
 
+class LoadTableLawSpec(AbsoluteLaw):
+    """Tables of a bearing at several loads, read at those that a static analysis finds."""
+
+    kind: Literal["load_table"]
+    load_from: FileName = "static"
+    load_n: Annotated[tuple[NotNegative, ...], Field(min_length=2, max_length=MOST)]
+    tables: Annotated[
+        tuple[Annotated[TableLawSpec | FrequencyTableLawSpec, Field(discriminator="kind")], ...],
+        Field(max_length=MOST),
+    ]
+
+    @model_validator(mode="after")
+    def _alike(self) -> LoadTableLawSpec:
+        if len(self.tables) != len(self.load_n):
+            raise ValueError(f"tables has {len(self.tables)} entries for {len(self.load_n)} loads")
+        if list(self.load_n) != sorted(set(self.load_n)):
+            raise ValueError("load_n must be increasing")
+        axes = {(t.kind, t.speed_rpm, getattr(t, "frequency_hz", ())) for t in self.tables}
+        if len(axes) > 1:
+            raise ValueError("tables differ in kind, speed_rpm or frequency_hz; allowed is one")
+        return self
+
+    def table(self) -> SpeedTable:
+        """Return the rows of the highest load."""
+        return self.tables[-1].table()
+
+
 class PresetLawSpec(Record):
     """A law that comes with the program."""
 
@@ -296,15 +324,23 @@ class FileLawSpec(Record):
     tag: Annotated[str, Field(min_length=1, max_length=200)] | None = None
     axis: Literal["speed", "frequency"] | None = None
     load_n: NotNegative | None = None
+    load_from: FileName | None = None
     maker_spin: Literal["x_to_y", "y_to_x"] = "x_to_y"
     turned_deg: Finite = 0.0
     interpolation: Literal["linear", "monotone"] = "monotone"
+
+    @model_validator(mode="after")
+    def _one_load(self) -> FileLawSpec:
+        if self.load_n is not None and self.load_from is not None:
+            raise ValueError("load_n gives the load and load_from takes it; give one of the two")
+        return self
 
 
 SpeedLawSpec = Annotated[
     PolynomialLawSpec
     | TableLawSpec
     | FrequencyTableLawSpec
+    | LoadTableLawSpec
     | FileLawSpec
     | PresetLawSpec
     | RollingLawSpec

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -14,9 +15,15 @@ from solidwhirl.bearing_tables import (
     read_table,
     turned,
 )
-from solidwhirl.bearing_tables.records import TableFileError
+from solidwhirl.bearing_tables.records import CoefficientTable, TableFileError
 from solidwhirl.core.errors import Problem
-from solidwhirl.scene.joints import FileLawSpec, FrequencyTableLawSpec, SpeedLawSpec, TableLawSpec
+from solidwhirl.scene.joints import (
+    FileLawSpec,
+    FrequencyTableLawSpec,
+    LoadTableLawSpec,
+    SpeedLawSpec,
+    TableLawSpec,
+)
 from solidwhirl.scene.records import Scene
 
 
@@ -43,14 +50,35 @@ def with_laws_read(scene: Scene) -> tuple[Scene, list[str]]:
     return scene.model_copy(update={"speed_laws": laws}), problems
 
 
-def table_law(spec: FileLawSpec) -> TableLawSpec | FrequencyTableLawSpec:
+def table_law(spec: FileLawSpec) -> TableLawSpec | FrequencyTableLawSpec | LoadTableLawSpec:
     """Return the table in the file of a law, at its load and in the axes of the scene.
 
     Raises TableFileError: the file or a key is refused; pydantic.ValidationError: a table that a
     scene could not have either.
     """
     found = over(read_table(Path(spec.file), spec.tag), spec.axis)
-    ours = turned(in_sense_of_spin(at_load(found, spec.load_n), spec.maker_spin), spec.turned_deg)
-    law = as_table_law(ours)
-    record = FrequencyTableLawSpec if law["kind"] == "frequency_table" else TableLawSpec
-    return record.model_validate({**law, "interpolation": spec.interpolation})
+    ours = turned(in_sense_of_spin(found, spec.maker_spin), spec.turned_deg)
+    if spec.load_from is None:
+        return next(_records([at_load(ours, spec.load_n)], spec.interpolation))
+    loads = () if ours.loads_n is None else tuple(ours.loads_n.tolist())
+    if len(loads) < 2:
+        many = "one load" if loads else "no column of loads"
+        raise TableFileError(ours.source, f"load_from: the table has {many}")
+    return LoadTableLawSpec(
+        kind="load_table",
+        load_from=spec.load_from,
+        load_n=loads,
+        tables=tuple(_records([at_load(ours, n) for n in loads], spec.interpolation)),
+    )
+
+
+def _records(
+    tables: Sequence[CoefficientTable], interpolation: str
+) -> Iterator[TableLawSpec | FrequencyTableLawSpec]:
+    """Tables of single loads, all of one kind."""
+    laws = [as_table_law(table) for table in tables]
+    over_frequency = any(law["kind"] == "frequency_table" for law in laws)
+    kind = "frequency_table" if over_frequency else "table"
+    record = FrequencyTableLawSpec if over_frequency else TableLawSpec
+    for law in laws:
+        yield record.model_validate({**law, "kind": kind, "interpolation": interpolation})

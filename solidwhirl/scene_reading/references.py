@@ -9,7 +9,7 @@ import numpy as np
 from solidwhirl.core.errors import repeated, unknown
 from solidwhirl.core.fields import alike_in_files
 from solidwhirl.scene.bearing_physics import AbsoluteLaw, ShortBearingLawSpec
-from solidwhirl.scene.joints import BearingSpec, GearSpec
+from solidwhirl.scene.joints import BearingSpec, GearSpec, LoadTableLawSpec
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.recovery_references import recovery_problems
 from solidwhirl.scene_reading.analysis_checks import analysis_problems
@@ -41,6 +41,7 @@ def reference_problems(scene: Scene) -> list[str]:
         problems += [f"{where}.rigid: {text}" for text in _rigid_problems(bearing)]
         problems += [f"{where}.{text}" for text in _law_problems(scene, bearing)]
         problems += [f"{where}.{text}" for text in _wound_problems(scene, bearing)]
+    problems += _load_problems(scene)
     for k, gear in enumerate(scene.gears):
         problems += [f"gears[{k}].{text}" for text in _gear_problems(scene, gear, places)]
     problems += [*analysis_problems(scene), *recovery_problems(scene)]
@@ -110,6 +111,23 @@ def _law_problems(scene: Scene, bearing: BearingSpec) -> Iterator[str]:
             f"speed_law: {body!r} turns backward, and the film {bearing.speed_law!r} is mirrored "
             "for that, which is right for a load_n along x or y only"
         )
+
+
+def _load_problems(scene: Scene) -> Iterator[str]:
+    """Tables over the load without a static analysis, or with several."""
+    cases = [a.label for a in scene.analyses if a.kind == "static"]
+    named = {n: w.load_from for n, w in scene.speed_laws.items() if isinstance(w, LoadTableLawSpec)}
+    for law, case in named.items():
+        key = f"speed_laws.{law}.load_from"
+        if case not in cases:
+            none = "none, since the scene has no [[analyses]] of kind 'static'"
+            yield f"{key}: {unknown('static analysis', case, cases, none)}"
+        elif case != next(iter(named.values())):
+            yield (
+                f"{key}: {case!r}, but that of {next(iter(named))!r} is "
+                f"{next(iter(named.values()))!r}; bearings share their loads, so that all tables "
+                "are read at those of one static analysis"
+            )
 
 
 def _wound_problems(scene: Scene, bearing: BearingSpec) -> Iterator[str]:

@@ -11,6 +11,7 @@ import copy
 import io
 import json
 import sys
+import tempfile
 import warnings
 from pathlib import Path
 
@@ -55,16 +56,21 @@ def elements(shaft, material):
 def bearing_element(bearing):
     """Bearing between a node and the ground or another node.
 
-    With factors over the speed if any; or a table over it, or the short bearing's film.
+    With factors over the speed if any; or a table over it, or the short bearing's film. Tables are
+    saved to a file and read from it, as ROSS does with a whole rotor.
     """
     if "table" in bearing:
         table = {**bearing["table"], "frequency": bearing["speeds_rad_s"]}
-        return ross.BearingElement(n=bearing["node"], **table)
+        return saved_and_read(
+            ross.BearingElement(n=bearing["node"], tag=f"at {bearing['node']}", **table)
+        )
     if "film" in bearing:
         film = {**bearing["film"], "speed": np.array(bearing["speeds_rad_s"])}
         return ross.CylindricalBearing(n=bearing["node"], **film)
-    names = [letter + ends for letter in "kc" for ends in ("xx", "xy", "yx", "yy")]
-    values = dict(zip(names, np.ravel([bearing["stiffness"], bearing["damping"]]), strict=True))
+    names = [letter + ends for letter in "kcm" for ends in ("xx", "xy", "yx", "yy")]
+    mass = bearing.get("mass", [[0.0, 0.0], [0.0, 0.0]])
+    matrices = np.ravel([bearing["stiffness"], bearing["damping"], mass])
+    values = dict(zip(names, matrices, strict=True))
     if "speeds_rad_s" in bearing:
         # ROSS takes a table and puts a cubic spline through it, exact for these polynomials
         factors = {
@@ -74,6 +80,14 @@ def bearing_element(bearing):
         values = {name: value * factors[name[0]] for name, value in values.items()}
         values["frequency"] = bearing["speeds_rad_s"]
     return ross.BearingElement(n=bearing["node"], n_link=bearing.get("other"), **values)
+
+
+def saved_and_read(element):
+    """Element as the file of it says."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "element.toml")
+        element.save(path)
+        return ross.BearingElement.load(path)
 
 
 def build(case):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from typing import Annotated, Any, Literal
 
@@ -16,10 +16,11 @@ from solidwhirl.core.blocks import AnalysisBlock, Table, Text, numbers
 from solidwhirl.core.fields import MOST, Finite, Name, NotNegative, Place, Record
 from solidwhirl.core.outcome import Outcome, PageSection
 from solidwhirl.core.plain_data import Labels
-from solidwhirl.rotordyn import AssembledSystem, Bearing, End
+from solidwhirl.rotordyn import AssembledSystem, Bearing, End, FrequencyTableLaw, TableLaw
 from solidwhirl.rotordyn.assembly.bearing_notes import bearing_notes, note_lines
+from solidwhirl.rotordyn.asymmetric import standing_at
 from solidwhirl.rotordyn.core.arrays import FloatArray
-from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
+from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
 from solidwhirl.rotordyn.estimates.static_errors import static_errors
 from solidwhirl.rotordyn.plots.chart import Chart
 from solidwhirl.rotordyn.plots.static import Arrow, LoadedLine, LoadedState, static_chart
@@ -36,6 +37,8 @@ Vector = tuple[Finite, Finite, Finite]
 _ZERO = (0.0, 0.0, 0.0)
 # Loads and motions below this fraction of the largest have no direction.
 _ROUNDING = 1e-9
+# Loads that differ by less are told as one.
+_SAME_LOAD = 1e-6
 
 
 class StaticForceSpec(Record):
@@ -76,11 +79,16 @@ class StaticSpec(base.Analysis):
         40,
     )
 
+    of_bodies = "any"
+
     kind: Literal["static"]
     gravity_m_per_s2: Vector = DOWN
     speeds_rpm: Annotated[
         tuple[NotNegative, ...], Field(min_length=1, max_length=base.MOST_SPEEDS)
     ] = (0.0,)
+    angles_deg: Annotated[tuple[Finite, ...], Field(min_length=1, max_length=base.MOST_SPEEDS)] = (
+        0.0,
+    )
     forces: Annotated[tuple[StaticForceSpec, ...], Field(max_length=MOST)] = ()
     gears: Annotated[tuple[GearTorqueSpec, ...], Field(max_length=MOST)] = ()
 
@@ -88,8 +96,9 @@ class StaticSpec(base.Analysis):
     def _loaded(self) -> StaticSpec:
         if not (any(self.gravity_m_per_s2) or self.forces or self.gears):
             raise ValueError("gravity_m_per_s2 is zero, and there are no forces and no gears")
-        if len(set(self.speeds_rpm)) < len(self.speeds_rpm):
-            raise ValueError("speeds_rpm has a speed twice")
+        for key in ("speeds_rpm", "angles_deg"):
+            if len(set(getattr(self, key))) < len(getattr(self, key)):
+                raise ValueError(f"{key} has a value twice")
         names = [one.gear for one in self.gears]
         if len(set(names)) < len(names):
             raise ValueError("gears names a gear twice")
@@ -97,7 +106,7 @@ class StaticSpec(base.Analysis):
 
     def work(self, size: EngineSize) -> Work:
         """A solution at each speed, of the engine as it stands."""
-        speeds = len(self.speeds_rpm)
+        speeds = len(self.speeds_rpm) * len(self.angles_deg)
         return Work(solves=float(speeds), results=2.0 * speeds)
 
     @property
@@ -108,26 +117,27 @@ class StaticSpec(base.Analysis):
             for f in self.forces
         )
 
-    def run(self, engine: base.Engine) -> Outcome:
-        """Static response at each speed."""
+    def response(self, system: AssembledSystem, speed_rad_s: float) -> StaticResponse:
+        """Return the response of a system to the loads at a speed of the reference shaft."""
         torques = {one.gear: one.torque_n_m for one in self.gears}
-        speeds = [rpm * RAD_S_PER_RPM for rpm in self.speeds_rpm]
+        return static_response(system, self.gravity_m_per_s2, self.points, torques, speed_rad_s)
+
+    def run(self, engine: base.Engine) -> Outcome:
+        """Static response at each speed, or each angle of asymmetric bodies."""
         documents = []
-        for rpm, speed in zip(self.speeds_rpm, speeds, strict=True):
-            found = static_response(
-                engine.system, self.gravity_m_per_s2, self.points, torques, speed
-            )
-            errors = static_errors(engine.system, self.gravity_m_per_s2, found)
+        for state, system in self._states(engine):
+            found = self.response(system, state["speed_rpm"] * RAD_S_PER_RPM)
+            errors = static_errors(system, self.gravity_m_per_s2, found)
             documents.append(
                 {
-                    "speed_rpm": rpm,
-                    **_response_document(engine.system, found),
+                    **state,
+                    **_response_document(system, found),
                     "error_estimate": errors.total if errors.parts else None,
                     "error_parts": dict(errors.parts),
                     "bodies_without_estimate": list(errors.bodies_without_estimate),
                 }
             )
-        notes = note_lines(bearing_notes(engine.system, np.array([min(speeds), max(speeds)])))
+        ends = np.array([min(self.speeds_rpm), max(self.speeds_rpm)]) * RAD_S_PER_RPM
         return Outcome(
             kind=self.kind,
             document={
@@ -135,23 +145,38 @@ class StaticSpec(base.Analysis):
                 "forces": [force.model_dump() for force in self.forces],
                 "gears": [gear.model_dump() for gear in self.gears],
                 "speeds": documents,
-                "notes": list(notes),
+                "law_loads": _law_loads(engine.system),
+                "notes": list(note_lines(bearing_notes(engine.system, ends))),
             },
-            headline=_headline(documents[0]),
+            headline=_headline(documents),
         )
 
-    def possible_files(self, bearings: Mapping[str, bool]) -> tuple[str, ...]:
-        """Return one picture, or one for each of several speeds."""
-        return tuple(f"{self.label}{self._suffix(rpm)}.png" for rpm in self.speeds_rpm)
+    def _states(self, engine: base.Engine) -> Iterator[tuple[dict[str, float], AssembledSystem]]:
+        """Yield what is solved: its keys in the document, and the system."""
+        if engine.rotating is None:
+            yield from (({"speed_rpm": rpm}, engine.system) for rpm in self.speeds_rpm)
+            return
+        rotors = engine.rotating.system.rotors
+        for angle in self.angles_deg:
+            system = standing_at(engine.system, rotors, float(np.radians(angle)))
+            yield {"speed_rpm": 0.0, "angle_deg": angle}, system
 
-    def _suffix(self, rpm: float) -> str:
-        return "" if len(self.speeds_rpm) == 1 else f"_{base.number_text(rpm)}rpm"
+    def possible_files(self, bearings: Mapping[str, bool]) -> tuple[str, ...]:
+        """Return one picture, or one for each of several speeds or angles."""
+        if len(self.angles_deg) > 1:
+            ends = [f"_{base.number_text(angle)}deg" for angle in self.angles_deg]
+        else:
+            ends = [f"_{base.number_text(rpm)}rpm" for rpm in self.speeds_rpm]
+        return tuple(f"{self.label}{end}.png" for end in (ends if len(ends) > 1 else [""]))
 
     def pictures(self, found: base.Found) -> Mapping[str, base.Charts]:
         """Deflections and forces along x and y, at each speed."""
+        files = self.possible_files({})
         return {
-            self._suffix(state["speed_rpm"]): partial(_charts, found.document, [state])
-            for state in found.document["speeds"]
+            file.removeprefix(self.label).removesuffix(".png"): partial(
+                _charts, found.document, [state]
+            )
+            for file, state in zip(files, found.document["speeds"], strict=True)
             if _directions([state])
         }
 
@@ -160,6 +185,7 @@ class StaticSpec(base.Analysis):
         document = found.document
         notes = [Text(text=note, kind="warning") for note in document["notes"]]
         tables = [_bearing_table(document), _body_table(document)]
+        tables += [_law_table(document)] if document["law_loads"] else []
         return [*_charts(document, document["speeds"]), *tables, _balance_text(document), *notes]
 
     @classmethod
@@ -171,19 +197,20 @@ class StaticSpec(base.Analysis):
             key: [[s["bearings"][name][key] for name in bearings] for s in speeds]
             for key in ("load_n", "force_n", "moment_n_m")
         }
-        over = ("speed_rpm", "bearing")
+        along = "angle_deg" if "angle_deg" in speeds[0] else "speed_rpm"
+        over = (along, "bearing")
         variables: dict[str, Any] = {}
         if bearings:
             variables = {key: ((*over, "axis"), own[key]) for key in ("force_n", "moment_n_m")}
             variables["load_n"] = (over, own["load_n"])
         variables["deflection_m"] = (
-            ("speed_rpm", "point", "direction"),
+            (along, "point", "direction"),
             [[p for name in bodies for p in s["bodies"][name]["deflection_m"]] for s in speeds],
         )
         return Labels(
             variables,
             {
-                "speed_rpm": ("speed_rpm", [s["speed_rpm"] for s in speeds]),
+                along: (along, [s[along] for s in speeds]),
                 "direction": ("direction", ["x", "y"]),
                 **({"bearing": ("bearing", bearings), "axis": ("axis", [*"xyz"])} if own else {}),
                 "body": ("point", [n for n, body in bodies.items() for _ in body["axial_m"]]),
@@ -240,18 +267,44 @@ def _response_document(system: AssembledSystem, found: StaticResponse) -> dict[s
     }
 
 
+def _law_loads(system: AssembledSystem) -> dict[str, Any]:
+    """Loads that the laws of bearings are of, at the speeds of their rows."""
+    found = {}
+    for bearing in system.system.bearings:
+        law = bearing.speed_law
+        if isinstance(law, TableLaw | FrequencyTableLaw) and law.static_loads_n is not None:
+            found[bearing.name] = {
+                "law": law.name,
+                "speed_of_its_rotor_rpm": (law.speeds_rad_s * RPM_PER_RAD_S).tolist(),
+                "load_n": law.static_loads_n.tolist(),
+            }
+    return found
+
+
 def _axial(system: AssembledSystem, end: End) -> float:
     """Place of an interface along the axis, m."""
     return float(system.system.rotors[end.body].element.interface_node(end.interface).position_m[2])
 
 
-def _headline(state: Mapping[str, Any]) -> str:
+def _headline(states: Sequence[Mapping[str, Any]]) -> str:
+    state = states[0]
     sags = {name: body["sag_m"] for name, body in state["bodies"].items()}
     most = max(sags, key=sags.__getitem__)
     loads = {name: bearing["load_n"] for name, bearing in state["bearings"].items()}
     least = _ROUNDING * max(loads.values(), default=0.0)
     said = ", ".join(f"{n} {load:.4g} N" for n, load in loads.items() if load > least) or "none"
-    return f"largest sag {1e6 * sags[most]:.4g} µm ({most}); bearing loads {said}"
+    every = [1e6 * own["bodies"][most]["sag_m"] for own in states]
+    span = f"{every[0]:.4g}"
+    if "angle_deg" in state and len(every) > 1:
+        span = f"{min(every):.4g} to {max(every):.4g}"
+    return f"largest sag {span} µm ({most}); bearing loads {said}"
+
+
+def _state_text(state: Mapping[str, Any]) -> str:
+    """The speed of a state, or the angle of asymmetric bodies in it."""
+    angle = state.get("angle_deg")
+    speed = f"{state['speed_rpm']:.6g} rpm"
+    return speed if angle is None else f"at rest, {base.number_text(angle)}°"
 
 
 def _bearing_document(
@@ -331,7 +384,7 @@ def _loaded(document: Mapping[str, Any], state: Mapping[str, Any], k: int) -> Lo
         for load in state["loads"]
     ]
     return LoadedState(
-        label=f"{base.number_text(state['speed_rpm'])} rpm",
+        label=_state_text(state),
         lines=list(lines.values()),
         arrows=arrows,
     )
@@ -345,7 +398,7 @@ def _bearing_table(document: Mapping[str, Any]) -> Table:
     rows = [
         [
             name,
-            f"{state['speed_rpm']:.6g}",
+            _state_text(state),
             *(float(v) for v in bearing["force_n"]),
             float(bearing["load_n"]),
             float(bearing["load_kg"]),
@@ -359,7 +412,7 @@ def _bearing_table(document: Mapping[str, Any]) -> Table:
     return Table(
         title="Loads of the bearings",
         head=[
-            *("bearing", "speed [rpm]", "Fx [N]", "Fy [N]", "Fz [N]", "load [N]", "load [kg]"),
+            *("bearing", "at", "Fx [N]", "Fy [N]", "Fz [N]", "load [N]", "load [kg]"),
             *("direction [°]", "attitude [°]", "slope in x [mrad]", "slope in y [mrad]"),
         ],
         rows=rows,
@@ -370,6 +423,34 @@ def _bearing_table(document: Mapping[str, Any]) -> Table:
     )
 
 
+def _law_table(document: Mapping[str, Any]) -> Table:
+    rows = []
+    for name, own in document["law_loads"].items():
+        speeds, loads = own["speed_of_its_rotor_rpm"], own["load_n"]
+        for low, high in _runs(loads):
+            span = [f"{rpm:.6g}" for rpm in dict.fromkeys((speeds[low], speeds[high]))]
+            rows.append([name, own["law"], " to ".join(span), float(loads[low])])
+    return Table(
+        title="Loads that tables over the load are read at",
+        head=["bearing", "law", "speed of its rotor [rpm]", "load [N]"],
+        rows=rows,
+        caption="Every analysis takes the coefficients of these loads, which are in equilibrium "
+        "with them.",
+    )
+
+
+def _runs(loads: Sequence[float]) -> list[tuple[int, int]]:
+    """First and last place of neighbours that are one load but for rounding."""
+    found = [(0, 0)]
+    for k in range(1, len(loads)):
+        low = found[-1][0]
+        if abs(loads[k] - loads[low]) <= _SAME_LOAD * abs(loads[low]):
+            found[-1] = (low, k)
+        else:
+            found.append((k, k))
+    return found
+
+
 def _degrees(value: float | None) -> str | None:
     return None if value is None else f"{value:.2f}"
 
@@ -377,11 +458,11 @@ def _degrees(value: float | None) -> str | None:
 def _body_table(document: Mapping[str, Any]) -> Table:
     return Table(
         title="Sag",
-        head=["body", "speed [rpm]", "weight [kg]", "largest deflection [µm]", "at z [m]"],
+        head=["body", "at", "weight [kg]", "largest deflection [µm]", "at z [m]"],
         rows=[
             [
                 name,
-                f"{state['speed_rpm']:.6g}",
+                _state_text(state),
                 float(body["weight_kg"]),
                 1e6 * body["sag_m"],
                 f"{body['sag_at_m']:.5g}",

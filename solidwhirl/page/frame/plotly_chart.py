@@ -108,6 +108,8 @@ class _Drawing:
                 self.shapes.append(_rule_shape(mark))
             case charts.Label():
                 self.annotations.append(_annotation(mark))
+            case charts.Note():
+                self.traces.append(_note_trace(mark))
             case charts.Heat():
                 self.traces.append(_heat_trace(mark, axes))
             case charts.Ridges():
@@ -357,6 +359,16 @@ def _annotation(label: charts.Label) -> dict[str, Any]:
         "bgcolor": "@paper",
         "opacity": 0.85,
     }
+
+
+def _note_trace(note: charts.Note) -> Trace:
+    """A text as a trace of its own, which is shown and hidden with its option."""
+    sides = {"left": "middle right", "center": "middle center", "right": "middle left"}
+    return {
+        "type": "scatter", "mode": "text", "x": [note.x], "y": [note.y], "text": [note.text],
+        "textposition": sides[note.align], "textfont": {"color": "@ink", "size": 11},
+        "showlegend": False, "hoverinfo": "skip",
+    }  # fmt: skip
 
 
 def coarser(x: Any, y: Any, values: Any) -> tuple[Any, Any, Any]:

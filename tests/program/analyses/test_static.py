@@ -11,6 +11,7 @@ from symmetric_rotor import run
 from solidwhirl.build import beam
 from solidwhirl.core.errors import SceneError
 from solidwhirl.model.effects import make_plan
+from solidwhirl.rotordyn import AnalysisError
 from solidwhirl.scene_reading.reader import parse_scene
 
 G = 9.80665
@@ -119,7 +120,7 @@ REFUSED = {
         "forces[0]: it acts on motions of the effect axial, which is off"),
     "no gear": ({}, {"gears": [{"gear": "g", "torque_n_m": 1}]}, "gears[0].gear: no gear 'g'"),
     "empty force": ({}, {"forces": [{"at": "s.m"}]}, "neither force_n nor moment_n_m"),
-    "twice": ({}, {"speeds_rpm": [1, 1]}, "speeds_rpm has a speed twice"),
+    "twice": ({}, {"speeds_rpm": [1, 1]}, "speeds_rpm has a value twice"),
 }  # fmt: skip
 
 
@@ -144,6 +145,12 @@ def test_weight_along_the_axis_is_carried_for_every_body_or_refused():
     found = static(data, gravity_m_per_s2=[0.0, 0.0, -G]).document["speeds"][0]
     loads = [found["bearings"][name]["force_n"][2] for name in "AC"]
     np.testing.assert_allclose(loads, -WEIGHT, rtol=1e-9)
+
+
+def test_angles_are_of_asymmetric_bodies():
+    parsed = parse_scene(scene(analyses=[{"kind": "static", "angles_deg": [30.0]}]))
+    with pytest.raises(AnalysisError, match="angles_deg: is of bodies that bend unlike"):
+        make_plan(parsed, {})
 
 
 def test_gears_without_a_line_of_action_are_refused():

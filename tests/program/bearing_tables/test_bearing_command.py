@@ -21,9 +21,10 @@ FAKE = """
 import numpy as np
 __version__ = "9.9"
 class Quantity(float):
-    pass
+    def m_as(self, unit):
+        return float(self)
 def Q_(value, unit):
-    return value * {"mm": 1e-3}[unit]
+    return Quantity(value * {"mm": 1e-3}[unit])
 class BearingElement:
     def __init__(self, n, kxx, cxx, kxy=0, frequency=None, tag=None, **kwargs):
         self.n, self.kxx, self.cxx, self.kxy, self.frequency = n, kxx, cxx, kxy, frequency
@@ -33,6 +34,10 @@ class Film(BearingElement):
             raise ZeroDivisionError("no gap")
         f = np.array(frequency)
         super().__init__(n, oil * f / gap, [2.0 * oil] * f.size, frequency=frequency, **kwargs)
+class Thrust(BearingElement):
+    def __init__(self, n, frequency, gap, load=1.0, **kwargs):
+        super().__init__(n, 0, 0, frequency=frequency, **kwargs)
+        self.kzz, self.czz = load / gap.m_as("m") * np.array(frequency), 3.0 * load
 """
 
 
@@ -95,6 +100,28 @@ def test_table_over_frequency_alone(pads):
     assert not out.exists()
     assert bearing(pads, "-o", out, "--axis", "speed").exit_code == 0
     assert "speed_rpm = [180000.0, 540000.0]" in out.read_text()
+
+
+def test_thrust_bearing_of_ross(tmp_path, ross):
+    """What acts along z alone is shown for the keys of a bearing, and no law is made of it."""
+    film = tmp_path / "thrust.toml"
+    film.write_text('model = "Thrust"\n[arguments]\nload = 2\ngap = { value = 5, unit = "mm" }\n')
+    words = ("--from-ross", film, "--ross-python", ross, "--speeds", "300:600:300")
+    done = bearing(*words)
+    assert done.exit_code == 0, done.output
+    for text in ("along z", "kzz", "czz", "1.257e+04", "2.513e+04", "axial_stiffness_n_per_m"):
+        assert text in done.output
+    done = bearing(*words, "-o", tmp_path / "law.toml")
+    assert done.exit_code == 2 and "along z no speed law acts" in done.output
+    assert not (tmp_path / "law.toml").exists()
+    for values, said in (
+        ("gap = 5", "needs its unit, as { value = 15"),
+        ('load = 0\ngap = { value = 5, unit = "mm" }', "gives no coefficients on ux, uy and uz"),
+        ('load = nan\ngap = { value = 5, unit = "mm" }', "gives no number for kzz"),
+    ):
+        film.write_text(f'model = "Thrust"\n[arguments]\n{values}\n')
+        done = bearing(*words)
+        assert done.exit_code == 2 and said in done.output, done.output
 
 
 @pytest.mark.parametrize(

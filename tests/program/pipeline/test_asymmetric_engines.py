@@ -43,6 +43,7 @@ def write_bar(path, copies=1):
     sets = {
         "left": np.flatnonzero(points[:, 2] < 1e-9),
         "right": np.flatnonzero(points[:, 2] > SIZE[2] - 1e-9),
+        "mid": np.flatnonzero(np.abs(points[:, 2] - 0.5 * SIZE[2]) < SIZE[2] / 6 + 1e-9),
     }
     every = np.vstack([points + np.array([0.0, 0.0, 0.6 * k]) for k in range(copies)])
     blocks = np.vstack([cells + len(points) * k for k in range(copies)])
@@ -212,6 +213,10 @@ REFUSED = {
         {"body": bar(symmetry="none", sectors=4)},
         "mesh_bodies.bar: symmetry = 'none', but sectors says it",
     ),
+    "static at speed": (
+        {"analyses": [{"kind": "static", "speeds_rpm": [3000.0]}]},
+        r"analyses\[0\].speeds_rpm: bar bend unlike .*at speed \"asymmetric_response\" with",
+    ),
     "kind": ({"analyses": [ROUND]}, r"analyses\[0\].kind: .*allowed are asymmetric_response, run"),
     "a comparison with rigid bodies": (
         {"analyses": [RUN_UP]},
@@ -226,6 +231,42 @@ REFUSED = {
         r"analyses\[0\].bows\[0\].between: .*the three must differ",
     ),
 }
+
+
+def test_sag_of_a_flat_bar_at_rest(folder):
+    """The weight bends each plane by its own flexibility: a tensor over the angle of the bar."""
+    asked = {
+        "kind": "static",
+        "angles_deg": [0.0, 90.0, 45.0, 180.0],
+        "gravity_m_per_s2": [0, -1, 0],
+    }
+    body = bar()
+    body["interfaces"] = [*body["interfaces"], {"name": "mid", "group": "mid"}]
+    (entry,) = run_scene(scene(folder, body=body, analyses=[asked])).analyses.values()
+    states = entry.document["speeds"]
+    middle = np.array([s["bodies"]["bar"]["deflection_m"] for s in states])
+    middle = middle[:, np.abs(np.array(states[0]["bodies"]["bar"]["axial_m"]) - 0.2).argmin()]
+    flat, edge, between, turned = middle
+    size = abs(flat[1])
+    np.testing.assert_allclose(turned, flat, atol=1e-8 * size)
+    # what the first two angles say of weight along the two sides of the bar holds for all
+    flexible = np.array([[-edge[1], -flat[0]], [edge[0], -flat[1]]])
+    turn = np.sqrt(0.5) * np.array([[1.0, -1.0], [1.0, 1.0]])
+    wanted = turn @ flexible @ turn.T @ [0.0, -1.0]
+    np.testing.assert_allclose(between, wanted, atol=1e-8 * size)
+    # turned from x towards y, the broad side faces −x and y: the bar gives way along it
+    assert between[0] > 0.0 > between[1]
+    # second moments are as 9 to 4; springs and shear give way alike
+    springs = -0.5 * states[0]["bodies"]["bar"]["weight_kg"] / 1e7
+    assert (flat[1] - springs) / (edge[1] - springs) == pytest.approx(2.25, rel=0.02)
+    for state in states:
+        assert state["balance"]["relative_residual"] < 1e-8
+        assert state["error_estimate"] is not None
+        weight = state["bodies"]["bar"]["weight_kg"]
+        assert state["bearings"]["left"]["load_n"] == pytest.approx(0.5 * weight, rel=1e-6)
+    assert list(entry.files) == [f"static_{angle}deg.png" for angle in (0, 90, 45, 180)]
+    (table,) = (b for b in entry.blocks() if getattr(b, "title", "") == "Sag")
+    assert table.rows[2][1] == "at rest, 45°"
 
 
 @pytest.mark.parametrize("case", REFUSED.values(), ids=REFUSED)
