@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -30,6 +31,9 @@ from solidwhirl.scene_checks.interface_motions import (
 )
 from solidwhirl.scene_checks.recovery_references import recovered_bodies
 from solidwhirl.scene_checks.speeds_asked import scene_speeds, speeds_beyond, top_speed
+
+if TYPE_CHECKING:
+    from solidwhirl.analyses.kinds.static import StaticSpec
 
 
 def make_plan(scene: Scene, bodies: Mapping[str, Body], level: str | None = None) -> Plan:
