@@ -1,21 +1,29 @@
-"""From a body of revolution to a second-order mesh of its meridian or of the whole solid."""
+"""From a body of revolution to a second-order mesh of its meridian or of the whole solid.
 
-from solidwhirl.meshing.errors import MeshingError
-from solidwhirl.meshing.own.files import write_gmsh, write_vtu
-from solidwhirl.meshing.own.meridian import MINIMUM_SCALED_JACOBIAN, mesh_meridian
-from solidwhirl.meshing.own.quality import scaled_jacobians, straighten
-from solidwhirl.meshing.own.refinement import CORNER_RATE, refined_sector, refined_size
-from solidwhirl.meshing.own.revolved import meridian_errors, mesh_revolved
-from solidwhirl.meshing.own.solid import mesh_solid
-from solidwhirl.meshing.records import (
-    FloatArray,
-    IntArray,
-    LocalSize,
-    Mesh,
-    MeshQuality,
-    MeshSize,
-    Sector,
-)
+A name is imported when it is first asked for: who needs the records waits for no mesher.
+"""
+
+from typing import TYPE_CHECKING
+
+from solidwhirl.rotordyn.core.later import import_later
+
+if TYPE_CHECKING:
+    from solidwhirl.meshing.errors import MeshingError
+    from solidwhirl.meshing.own.files import write_gmsh, write_vtu
+    from solidwhirl.meshing.own.meridian import MINIMUM_SCALED_JACOBIAN, mesh_meridian
+    from solidwhirl.meshing.own.quality import scaled_jacobians, straighten
+    from solidwhirl.meshing.own.refinement import CORNER_RATE, refined_sector, refined_size
+    from solidwhirl.meshing.own.revolved import meridian_errors, mesh_revolved
+    from solidwhirl.meshing.own.solid import mesh_solid
+    from solidwhirl.meshing.records import (
+        FloatArray,
+        IntArray,
+        LocalSize,
+        Mesh,
+        MeshQuality,
+        MeshSize,
+        Sector,
+    )
 
 __all__ = [
     "CORNER_RATE",
@@ -39,3 +47,5 @@ __all__ = [
     "write_gmsh",
     "write_vtu",
 ]
+
+import_later(__name__)

@@ -68,7 +68,7 @@ def main() -> None:
             path = Path(folder) / f"{scene}.toml"
             path.write_text("".join(t for t in texts if t.startswith(f"# {scene}.toml")))
             command = [sys.executable, "-m", "solidwhirl", "run", path, "--out", f"{folder}/out"]
-            subprocess.run(command, check=True)
+            subprocess.run([*command, "--pictures"], check=True)
             if page in FURTHER:
                 only = [word for name in FURTHER[page] for word in ("--only", name)]
                 subprocess.run([*command[:3], "pictures", *command[4:], *only], check=True)
@@ -84,7 +84,7 @@ def _of_files(page: str) -> None:
     with tempfile.TemporaryDirectory() as folder:
         for scene in dict.fromkeys(scene for scene, _ in OF_FILES[page].values()):
             path = DOCS.parent / "scenes" / f"{scene}.toml"
-            command = [sys.executable, "-m", "solidwhirl", "run", path, "--out"]
+            command = [sys.executable, "-m", "solidwhirl", "run", path, "--pictures", "--out"]
             subprocess.run([*command, f"{folder}/{scene}"], check=True)
         for name, (scene, picture) in OF_FILES[page].items():
             _smaller(Path(folder) / scene / f"{picture}.png", DOCS / page / f"{name}.png")

@@ -16,7 +16,8 @@ from typing import Any
 
 from pydantic.fields import FieldInfo
 
-from solidwhirl.analyses.registry import AnalysisSpec
+from solidwhirl.analyses.base import Analysis
+from solidwhirl.analyses.registry import KINDS
 from solidwhirl.core.fields import Record, keys_of
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_reading.schema import explanations, unit
@@ -25,7 +26,7 @@ _LINK = re.compile(r"\[[^]]*\]\(#([\w-]+)\)")
 _MARK = re.compile(r"^<!-- keys: (\w+) -->$", re.MULTILINE)
 _TABLE = re.compile(r"^(<!-- keys: (\w+) -->)\n.*?<!-- end -->", re.MULTILINE | re.DOTALL)
 # Kind and name of an analysis are explained once, above the sections, which are named by kind.
-_ANALYSES = {record.__name__ for record in AnalysisSpec.__origin__.__args__}  # type: ignore[attr-defined]
+_ANALYSES = {record.__name__ for record in KINDS.values()}
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "scene.md"
 # Limits that hold for all numbers and lists are said once, in the head.
@@ -58,6 +59,9 @@ def _walk(record: type[Record], found: dict[type[Record], None]) -> None:
 
 def _records_in(annotation: Any) -> Iterator[type[Record]]:
     """Records that a type is made of."""
+    if annotation is Analysis:
+        yield from KINDS.values()
+        return
     if isinstance(annotation, type) and issubclass(annotation, Record):
         yield annotation
     for part in getattr(annotation, "__args__", ()):

@@ -404,7 +404,7 @@ class _ElementSize:
 
     places: FloatArray
     growth: float
-    bound: float
+    bound: float | FloatArray  #: Of all points, or of each
 
     def near(self, corners: FloatArray) -> _ElementSize:
         """With only the places that matter in the bounding box of the points (n, 2)."""
@@ -462,27 +462,6 @@ def _small_enough(
     return done, np.minimum(graded, size.bound)
 
 
-def _curve_elements(
-    subdivision: Subdivision, curve: int, size: _ElementSize, density: _Density
-) -> float:
-    """Integral of density(x, h(x)) along a curve (arcs as chords)."""
-    ends = subdivision.curves[curve]
-    pieces = subdivision.points[[ends.start, ends.end]][None]
-    size = size.near(pieces[0])
-    total = 0.0
-    for _ in range(_DIVISIONS):
-        if not len(pieces):
-            break
-        done, h = _small_enough(pieces, size)
-        kept = pieces[done]
-        length = np.linalg.norm(kept[:, 1] - kept[:, 0], axis=1)
-        total += float(np.sum(length * density(kept.mean(axis=1), h[done])))
-        a, b = pieces[~done, 0], pieces[~done, 1]
-        middle = 0.5 * (a + b)
-        pieces = np.concatenate([np.stack([a, middle], axis=1), np.stack([middle, b], axis=1)])
-    return total
-
-
 def _along_curves(
     subdivision: Subdivision,
     places: FloatArray,
@@ -495,10 +474,33 @@ def _along_curves(
     for face, bound in zip(subdivision.faces, bounds, strict=True):
         loop: IntArray = np.array([c for c, _ in face.loop])
         largest[loop] = np.minimum(largest[loop], bound)
-    sizes = [_ElementSize(places=places, growth=growth, bound=float(own)) for own in largest]
-    return np.array(
-        [
-            _curve_elements(subdivision, c, size, density)
-            for c, (size, density) in enumerate(zip(sizes, densities, strict=True))
-        ]
-    )
+    found = np.zeros(len(largest))
+    for density in dict.fromkeys(densities):
+        own = np.array([c for c, other in enumerate(densities) if other is density])
+        ends = [(subdivision.curves[c].start, subdivision.curves[c].end) for c in own]
+        pieces = subdivision.points[np.array(ends)]
+        found[own] = _over_pieces(pieces, largest[own], (places, growth), density)
+    return found
+
+
+def _over_pieces(
+    pieces: FloatArray, bounds: FloatArray, graded: tuple[FloatArray, float], density: _Density
+) -> FloatArray:
+    """Integral of density(x, h(x)) along lines (n, 2, 2), each with its bound of h (arcs: chords).
+
+    `graded`: places with their sizes, and the growth of sizes away from them.
+    """
+    total, owner = np.zeros(len(pieces)), np.arange(len(pieces))
+    for _ in range(_DIVISIONS):
+        if not len(pieces):
+            break
+        size = _ElementSize(places=graded[0], growth=graded[1], bound=bounds[owner])
+        done, h = _small_enough(pieces, size)
+        kept = pieces[done]
+        length = np.linalg.norm(kept[:, 1] - kept[:, 0], axis=1)
+        np.add.at(total, owner[done], length * density(kept.mean(axis=1), h[done]))
+        a, b = pieces[~done, 0], pieces[~done, 1]
+        middle = 0.5 * (a + b)
+        pieces = np.concatenate([np.stack([a, middle], axis=1), np.stack([middle, b], axis=1)])
+        owner = np.tile(owner[~done], 2)
+    return total

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy
-from scipy.special import ellipe, ellipk
 
 from solidwhirl.rotordyn.core.errors import AnalysisError
 
@@ -68,7 +67,9 @@ def point_contact(
             f"the difference {curvature_difference:.6g}; needed are sum > 0, 0 <= difference < 1"
         )
     ratio = _axis_ratio(curvature_difference)
-    first, second = (float(f(1.0 - ratio**-2)) for f in (ellipk, ellipe))
+    first, second = (
+        float(f(1.0 - ratio**-2)) for f in (scipy.special.ellipk, scipy.special.ellipe)
+    )
     size = np.cbrt(1.5 * compliance_per_pa / curvature_sum_per_m)
     long = np.cbrt(2.0 * ratio**2 * second / np.pi) * size
     # approach for 1 N, δ = δ* (3 Q κ / 2 Σρ)^(2/3) Σρ / 2 with the dimensionless δ* of Harris
@@ -87,7 +88,11 @@ def _axis_ratio(difference: float) -> float:
     def miss(log_ratio: float) -> float:
         m = -np.expm1(-2.0 * log_ratio)
         over = np.expm1(2.0 * log_ratio)
-        return float(1.0 - 2.0 / over * (ellipk(m) / ellipe(m) - 1.0) - difference)
+        return float(
+            1.0
+            - 2.0 / over * (scipy.special.ellipk(m) / scipy.special.ellipe(m) - 1.0)
+            - difference
+        )
 
     # nearly circular: F = (3/8) m, below which the quotient above is rounding
     if difference < 1e-6:

@@ -7,7 +7,7 @@ import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, matrices_at_speed
 from solidwhirl.rotordyn.checks.mode_counts import missing_modes
-from solidwhirl.rotordyn.checks.plain_checks import COUNT, ROOTS, root_miss, worst_of
+from solidwhirl.rotordyn.checks.plain_checks import COUNT, ROOTS, root_misses, worst_of
 from solidwhirl.rotordyn.checks.plain_system import PlainMatrices, PlainSystem
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
@@ -51,7 +51,7 @@ def check_modes_at_rest(assembled: AssembledSystem, modes: Modes) -> tuple[Invar
     every, speed = PlainSystem.of(assembled), modes.speed_rad_s
     concerns = "frequencies at rest and the beginning of every branch"
     lowest = modes.eigenvalues[:_LOWEST]
-    misses = [root_miss(every.at(speed, value), value, speed) for value in map(complex, lowest)]
+    misses = root_misses(every, lowest, speed)
     roots = worst_of(ROOTS, _AT_REST, concerns, misses, f"the lowest {lowest.size}")
     if every.depends_on_frequency:
         names = (_RESIDUAL, "orthogonality of the modes", "elastic energy equals kinetic", COUNT)

@@ -99,9 +99,12 @@ def root_miss(matrices: PlainMatrices, value: complex, speed: float) -> Miss:
     return Miss(found.distance / size, ACCURACY + ROUNDINGS * found.rounding / size, speed)
 
 
-def _at_rate(plain: PlainSystem, value: complex, speed: float) -> Miss:
-    """Return the relative error of an eigenvalue, bearings as they are at it."""
-    return root_miss(plain.at(speed, value), value, speed)
+def root_misses(plain: PlainSystem, values: ComplexArray, speed: float) -> list[Miss]:
+    """Return the relative error of every eigenvalue of a speed, bearings as they are at it."""
+    if not plain.depends_on_frequency:
+        matrices = plain.at(speed)
+        return [root_miss(matrices, complex(value), speed) for value in values]
+    return [root_miss(plain.at(speed, complex(v)), complex(v), speed) for v in values]
 
 
 def worst_of(name: str, where: str, concerns: str, misses: Sequence[Miss], text: str) -> Invariant:
@@ -139,7 +142,7 @@ def check_campbell(
     for speed in chosen:
         column = eigenvalues[:, int(np.argmin(np.abs(speeds_rad_s - speed)))]
         column = column[np.isfinite(column)]
-        misses += [_at_rate(plain, complex(value), float(speed)) for value in column]
+        misses += root_misses(plain, column, float(speed))
         if plain.depends_on_frequency:
             continue
         matrices = plain.at(float(speed))
@@ -239,9 +242,10 @@ def _on_line(plain: PlainSystem, speed: float, ratio: float) -> ComplexArray:
 
 def _at_speed(plain: PlainSystem, value: complex, speed: float) -> Miss:
     """Error of a root at a speed that is itself rounded: where a law is steep, that is seen."""
-    found = _at_rate(plain, value, speed)
+    roots = np.array([value])
+    (found,) = root_misses(plain, roots, speed)
     step = _SPEED_ROUNDINGS * float(np.finfo(float).eps) * speed
-    beside = [_at_rate(plain, value, speed + side).error for side in (-step, step)]
+    beside = [root_misses(plain, roots, speed + side)[0].error for side in (-step, step)]
     moved = max(abs(error - found.error) for error in beside)
     return found._replace(limit=found.limit + moved)
 

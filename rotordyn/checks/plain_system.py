@@ -1,8 +1,8 @@
 """The system at one speed straight from its parts: what the checks of results judge by.
 
 Nothing here is shared with the assembly or with any solver. Every body is taken at its own spin,
-every bearing with its full matrices, every law at its own speed, for each speed anew; no symmetry
-is looked for or made use of. Two things come from the assembled system: its parts, and its choice
+every bearing with its full matrices, every law at its own speed; no symmetry is looked for or made
+use of. Two things come from the assembled system: its parts, and its choice
 of coordinates, which `joint_errors` tests.
 """
 
@@ -11,6 +11,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache, cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -103,12 +104,10 @@ class PlainSystem:
         n = self.transformation.shape[1]
         sums = [np.zeros((n, n)) for _ in range(3)]
         sizes = [np.zeros((n, n)) for _ in range(3)]
-        for _, rotor, rows in self.bodies():
-            for k, terms in enumerate(_body(rotor, rotor.speed_ratio * speed_rad_s)):
-                for term in terms:
-                    _add(sums[k], sizes[k], rows, term)
-        for bearing in self.system.bearings:
-            rows = self.relative_motion(bearing)
+        for (place, power), (total, size) in self._powers.items():
+            sums[place] += speed_rad_s**power * total
+            sizes[place] += abs(speed_rad_s) ** power * size
+        for bearing, rows in self._with_laws:
             stiffness, damping, mass = self.coefficients(bearing, speed_rad_s, rate)
             if mass.any():
                 _add(sums[0], sizes[0], rows, mass)
@@ -117,13 +116,41 @@ class PlainSystem:
             if isinstance(bearing.speed_law, PolynomialLaw):
                 for place, cancelled in enumerate(self.law_terms(bearing, speed_rad_s), start=1):
                     sizes[place] += np.abs(rows[:2]).T @ cancelled @ np.abs(rows[:2])
+        return PlainMatrices(sums[0], sums[1], sums[2], (sizes[0], sizes[1], sizes[2]))
+
+    @cached_property
+    def _powers(self) -> dict[tuple[int, int], tuple[FloatArray, FloatArray]]:
+        """What no law changes: by place in M, V, K and power of Ω its sum, and their sizes."""
+        n = self.transformation.shape[1]
+        found: dict[tuple[int, int], tuple[FloatArray, FloatArray]] = {}
+
+        def add(place: int, power: int, rows: FloatArray, term: FloatArray) -> None:
+            _add(
+                *found.setdefault((place, power), (np.zeros((n, n)), np.zeros((n, n)))), rows, term
+            )
+
+        for _, rotor, rows in self.bodies():
+            for place, power, term in _body(rotor):
+                add(place, power, rows, term)
+        for bearing in self.system.bearings:
+            if bearing.speed_law is None:
+                stiffness, damping, _ = self.coefficients(bearing, 0.0)
+                rows = self.relative_motion(bearing)
+                add(1, 0, rows, damping)
+                add(2, 0, rows, stiffness)
         for gear in self.system.gears:
             if gear.mesh_stiffness_n_per_m is not None:
                 first, second = gear.tooth_motion()
-                rows = first @ self.seat(gear.first) + second @ self.seat(gear.second)
-                _add(sums[1], sizes[1], rows[None], np.array([[gear.mesh_damping_n_s_per_m]]))
-                _add(sums[2], sizes[2], rows[None], np.array([[gear.mesh_stiffness_n_per_m]]))
-        return PlainMatrices(sums[0], sums[1], sums[2], (sizes[0], sizes[1], sizes[2]))
+                rows = (first @ self.seat(gear.first) + second @ self.seat(gear.second))[None]
+                add(1, 0, rows, np.array([[gear.mesh_damping_n_s_per_m]]))
+                add(2, 0, rows, np.array([[gear.mesh_stiffness_n_per_m]]))
+        return found
+
+    @cached_property
+    def _with_laws(self) -> list[tuple[Bearing, FloatArray]]:
+        """Bearings that change with the speed, and their relative motion."""
+        own = [bearing for bearing in self.system.bearings if bearing.speed_law is not None]
+        return [(bearing, self.relative_motion(bearing)) for bearing in own]
 
     def gyroscopic(self) -> FloatArray:
         """Return G of all bodies per unit speed of the reference shaft, shape (n, n)."""
@@ -194,9 +221,9 @@ def _add(total: FloatArray, size: FloatArray, rows: FloatArray, term: FloatArray
     size[at] += np.abs(own).T @ np.abs(term) @ np.abs(own)
 
 
-def _body(rotor: Rotor, spin_rad_s: float) -> tuple[list[FloatArray], ...]:
-    """Return the terms of M, V and K of a body at its own spin."""
-    element = rotor.element
+def _body(rotor: Rotor) -> Iterator[tuple[int, int, FloatArray]]:
+    """Yield the terms of a body: place in M, V and K, power of Ω, matrix."""
+    element, ratio = rotor.element, rotor.speed_ratio
     rigid = element.rigid_body_modes[:, element.rigid_body_present]
     # a free body has no elastic nor centrifugal force in rigid motion, but for rounding
     free = np.eye(element.size)
@@ -205,7 +232,10 @@ def _body(rotor: Rotor, spin_rad_s: float) -> tuple[list[FloatArray], ...]:
         free = free - rigid @ la.solve(rigid.T @ momentum, momentum.T)
     elastic = free.T @ element.stiffness @ free
     geometric = free.T @ (element.stress_stiffening - element.spin_softening) @ free
-    velocity, stiffness = [spin_rad_s * element.gyroscopic], [elastic, spin_rad_s**2 * geometric]
+    yield 0, 0, np.asarray(element.mass)
+    yield 1, 1, ratio * element.gyroscopic
+    yield 2, 0, elastic
+    yield 2, 2, ratio**2 * geometric
     wanted = rotor.internal_damping
     if wanted is not None:
         damping = wanted.stiffness_coefficient_s * elastic
@@ -216,10 +246,9 @@ def _body(rotor: Rotor, spin_rad_s: float) -> tuple[list[FloatArray], ...]:
             modal = (pushed * rate) @ pushed.T
             # rigid motions have the root of a rounding as their frequency
             damping = damping + free.T @ modal @ free
-        velocity.append(damping)
-        if spin_rad_s and element.spin_generator is not None:
-            stiffness.append(-spin_rad_s * damping @ element.spin_generator)
-    return [np.asarray(element.mass)], velocity, stiffness
+        yield 1, 0, damping
+        if element.spin_generator is not None:
+            yield 2, 1, -ratio * damping @ element.spin_generator
 
 
 def _law_values(
@@ -322,17 +351,22 @@ def root_error(matrices: PlainMatrices, value: complex) -> RootError:
     if factors[2] > 0:
         return RootError(0.0, 0.0)
     solve = la.lapack.zgetrs
-    right = np.random.default_rng(len(scale)).standard_normal(len(scale)).astype(complex)
+    norm, right = np.linalg.norm, _any_vector(len(scale))
+    for _ in range(_STEPS):
+        right = solve(factors[0], factors[1], right / norm(right))[0]
     left = right
     for _ in range(_STEPS):
-        right = solve(factors[0], factors[1], right / la.norm(right))[0]
-    left = right
-    for _ in range(_STEPS):
-        left = solve(factors[0], factors[1], left / la.norm(left), trans=2)[0]
-    x, y = scale * right / la.norm(right), scale * left / la.norm(left)
+        left = solve(factors[0], factors[1], left / norm(left), trans=2)[0]
+    x, y = scale * right / norm(right), scale * left / norm(left)
     slope = abs(y.conj() @ (2.0 * value * (matrices.mass @ x) + matrices.velocity @ x))
     if slope == 0.0:
         return RootError(np.inf, np.inf)
     distance = abs(y.conj() @ (dynamic @ x)) / slope
     rounding = _EPS * float(np.abs(y) @ size @ np.abs(x)) / slope
     return RootError(float(distance), float(rounding))
+
+
+@cache
+def _any_vector(size: int) -> ComplexArray:
+    """Where inverse iteration begins."""
+    return np.random.default_rng(size).standard_normal(size).astype(complex)

@@ -7,5 +7,5 @@ try:
     import h5py  # noqa: F401
 except ValueError as error:
     raise ImportError(
-        "h5py met another HDF5 library; import solidwhirl.rotordyn before dolfinx or petsc4py"
+        "h5py met another HDF5 library; import h5py before dolfinx or petsc4py"
     ) from error

@@ -6,12 +6,19 @@ In: matrices of any origin. Out: `Superelement`, the only record between reducti
 
 from __future__ import annotations
 
-from solidwhirl.rotordyn.superelement.record import (
-    Coordinate,
-    ErrorForm,
-    InterfaceNode,
-    MassMoments,
-    Superelement,
-)
+from typing import TYPE_CHECKING
+
+from solidwhirl.rotordyn.core.later import import_later
+
+if TYPE_CHECKING:
+    from solidwhirl.rotordyn.superelement.record import (
+        Coordinate,
+        ErrorForm,
+        InterfaceNode,
+        MassMoments,
+        Superelement,
+    )
 
 __all__ = ["Coordinate", "ErrorForm", "InterfaceNode", "MassMoments", "Superelement"]
+
+import_later(__name__)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field, field_validator, model_validator
@@ -17,13 +17,14 @@ from solidwhirl.core.blocks import AnalysisBlock, Table
 from solidwhirl.core.fields import MOST, Count, FileName, Name, NotNegative, Place, Positive, Record
 from solidwhirl.core.outcome import OTHERS, Drawing, Outcome, PageSection, Write
 from solidwhirl.core.plain_data import Labels, plain_data, tabled
-from solidwhirl.rotordyn import AssembledSystem, Campbell
-from solidwhirl.rotordyn.asymmetric import RotatingSystem
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
 from solidwhirl.rotordyn.modes.damping import DampingRule
 from solidwhirl.rotordyn.plots.chart import Chart
-from solidwhirl.rotordyn.plots.matplotlib_chart import draw_titled_charts
+
+if TYPE_CHECKING:
+    from solidwhirl.rotordyn import AssembledSystem, Campbell
+    from solidwhirl.rotordyn.asymmetric import RotatingSystem
 
 Points = Annotated[Count, Field(ge=2, le=20001)]
 Places = Annotated[tuple[Place, ...], Field(min_length=1, max_length=MOST)]
@@ -300,6 +301,8 @@ class Analysis(Record):
         `outcome`: from `run`, or kept from an earlier run. `engine`: the same that it looked at.
         `kept`: makes of the name of a picture and what draws it what writes its file.
         """
+        from solidwhirl.rotordyn.plots.matplotlib_chart import draw_titled_charts
+
         found = Found(name=self.label, outcome=outcome, engine=engine)
         pictures = {
             f"{self.label}{suffix}.png": Drawing(

@@ -1,57 +1,141 @@
-"""All kinds of analysis; each entry of [[analyses]] of a scene is one."""
+"""All kinds of analysis; each entry of [[analyses]] of a scene is one.
+
+A kind brings its computation along, so it is imported when a scene or a result asks for it.
+"""
 
 from __future__ import annotations
 
-from typing import Annotated, get_args
+import pkgutil
+from collections.abc import Iterator, Mapping
+from functools import partial
+from typing import TYPE_CHECKING, Annotated, Any
 
-from pydantic import Field
+from pydantic import (
+    Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    TypeAdapter,
+    ValidationInfo,
+)
+from pydantic_core import core_schema
 
 from solidwhirl.analyses.base import Analysis
-from solidwhirl.analyses.kinds.api617 import Api617Spec
-from solidwhirl.analyses.kinds.asymmetric_response import AsymmetricResponseSpec
-from solidwhirl.analyses.kinds.bearing_laws import BearingLawsSpec
-from solidwhirl.analyses.kinds.critical_speed_map import CriticalSpeedMapSpec
-from solidwhirl.analyses.kinds.level_comparison import LevelComparisonSpec
-from solidwhirl.analyses.kinds.mode_shapes import ModeShapesSpec
-from solidwhirl.analyses.kinds.nodal_diameters import NodalDiametersSpec
-from solidwhirl.analyses.kinds.nonlinear_response import NonlinearResponseSpec
-from solidwhirl.analyses.kinds.place_map import PlaceMapSpec
-from solidwhirl.analyses.kinds.rotating_campbell import RotatingCampbellSpec
-from solidwhirl.analyses.kinds.run_up import RunUpSpec
-from solidwhirl.analyses.kinds.separation_margins import SeparationMarginsSpec
-from solidwhirl.analyses.kinds.stability import StabilitySpec
-from solidwhirl.analyses.kinds.state_space import StateSpaceSpec
-from solidwhirl.analyses.kinds.static import StaticSpec
-from solidwhirl.analyses.kinds.stiffness_study import StiffnessStudySpec
-from solidwhirl.analyses.kinds.unbalance_response import UnbalanceResponseSpec
-from solidwhirl.analyses.kinds.waterfall import WaterfallSpec
-from solidwhirl.analyses.recovery.analysis import RecoverySpec
 
-AnalysisSpec = Annotated[
-    UnbalanceResponseSpec
-    | PlaceMapSpec
-    | WaterfallSpec
-    | CriticalSpeedMapSpec
-    | StiffnessStudySpec
-    | RotatingCampbellSpec
-    | ModeShapesSpec
-    | SeparationMarginsSpec
-    | Api617Spec
-    | StabilitySpec
-    | BearingLawsSpec
-    | RunUpSpec
-    | StaticSpec
-    | StateSpaceSpec
-    | RecoverySpec
-    | NodalDiametersSpec
-    | AsymmetricResponseSpec
-    | NonlinearResponseSpec
-    | LevelComparisonSpec,
-    Field(discriminator="kind"),
-]
+# Record of each kind, in this package.
+_RECORDS = {
+    "unbalance_response": "kinds.unbalance_response:UnbalanceResponseSpec",
+    "place_map": "kinds.place_map:PlaceMapSpec",
+    "waterfall": "kinds.waterfall:WaterfallSpec",
+    "critical_speed_map": "kinds.critical_speed_map:CriticalSpeedMapSpec",
+    "stiffness_study": "kinds.stiffness_study:StiffnessStudySpec",
+    "rotating_campbell": "kinds.rotating_campbell:RotatingCampbellSpec",
+    "mode_shapes": "kinds.mode_shapes:ModeShapesSpec",
+    "separation_margins": "kinds.separation_margins:SeparationMarginsSpec",
+    "api617": "kinds.api617:Api617Spec",
+    "stability": "kinds.stability:StabilitySpec",
+    "bearing_laws": "kinds.bearing_laws:BearingLawsSpec",
+    "run_up": "kinds.run_up:RunUpSpec",
+    "static": "kinds.static:StaticSpec",
+    "state_space": "kinds.state_space:StateSpaceSpec",
+    "recovery": "recovery.analysis:RecoverySpec",
+    "nodal_diameters": "kinds.nodal_diameters:NodalDiametersSpec",
+    "asymmetric_response": "kinds.asymmetric_response:AsymmetricResponseSpec",
+    "nonlinear_response": "kinds.nonlinear_response:NonlinearResponseSpec",
+    "level_comparison": "kinds.level_comparison:LevelComparisonSpec",
+}
+
+
+class _Kinds(Mapping[str, type[Analysis]]):
+    """Records by kind; one is imported when it is looked up."""
+
+    def __getitem__(self, kind: str) -> type[Analysis]:
+        found: type[Analysis] = pkgutil.resolve_name(f"{__package__}.{_RECORDS[kind]}")
+        return found
+
+    def __contains__(self, kind: object) -> bool:
+        return kind in _RECORDS
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(_RECORDS)
+
+    def __len__(self) -> int:
+        return len(_RECORDS)
+
 
 #: Class by kind.
-KINDS: dict[str, type[Analysis]] = {
-    get_args(spec.model_fields["kind"].annotation)[0]: spec
-    for spec in get_args(get_args(AnalysisSpec)[0])
-}
+KINDS = _Kinds()
+
+
+class _ByKind:
+    """Checks a table as the record of its `kind`, with the errors of a union of all records."""
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> core_schema.CoreSchema:
+        def read(kind: str, value: Any, info: ValidationInfo) -> Analysis:
+            return KINDS[kind].model_validate(value, context=info.context)
+
+        return core_schema.tagged_union_schema(
+            {
+                kind: core_schema.with_info_plain_validator_function(partial(read, kind))
+                for kind in KINDS
+            },
+            discriminator="kind",
+        )
+
+    def __get_pydantic_json_schema__(
+        self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
+    ) -> Any:
+        first, *others = KINDS.values()
+        union: Any = first
+        for record in others:
+            union |= record
+        every = Annotated[union, Field(discriminator="kind")]
+        return handler(TypeAdapter(every).core_schema)
+
+
+if TYPE_CHECKING:
+    from solidwhirl.analyses.kinds.api617 import Api617Spec
+    from solidwhirl.analyses.kinds.asymmetric_response import AsymmetricResponseSpec
+    from solidwhirl.analyses.kinds.bearing_laws import BearingLawsSpec
+    from solidwhirl.analyses.kinds.critical_speed_map import CriticalSpeedMapSpec
+    from solidwhirl.analyses.kinds.level_comparison import LevelComparisonSpec
+    from solidwhirl.analyses.kinds.mode_shapes import ModeShapesSpec
+    from solidwhirl.analyses.kinds.nodal_diameters import NodalDiametersSpec
+    from solidwhirl.analyses.kinds.nonlinear_response import NonlinearResponseSpec
+    from solidwhirl.analyses.kinds.place_map import PlaceMapSpec
+    from solidwhirl.analyses.kinds.rotating_campbell import RotatingCampbellSpec
+    from solidwhirl.analyses.kinds.run_up import RunUpSpec
+    from solidwhirl.analyses.kinds.separation_margins import SeparationMarginsSpec
+    from solidwhirl.analyses.kinds.stability import StabilitySpec
+    from solidwhirl.analyses.kinds.state_space import StateSpaceSpec
+    from solidwhirl.analyses.kinds.static import StaticSpec
+    from solidwhirl.analyses.kinds.stiffness_study import StiffnessStudySpec
+    from solidwhirl.analyses.kinds.unbalance_response import UnbalanceResponseSpec
+    from solidwhirl.analyses.kinds.waterfall import WaterfallSpec
+    from solidwhirl.analyses.recovery.analysis import RecoverySpec
+
+    # `spec.kind == "run_up"` tells which record it is, without an import
+    AnalysisSpec = (
+        UnbalanceResponseSpec
+        | PlaceMapSpec
+        | WaterfallSpec
+        | CriticalSpeedMapSpec
+        | StiffnessStudySpec
+        | RotatingCampbellSpec
+        | ModeShapesSpec
+        | SeparationMarginsSpec
+        | Api617Spec
+        | StabilitySpec
+        | BearingLawsSpec
+        | RunUpSpec
+        | StaticSpec
+        | StateSpaceSpec
+        | RecoverySpec
+        | NodalDiametersSpec
+        | AsymmetricResponseSpec
+        | NonlinearResponseSpec
+        | LevelComparisonSpec
+    )
+else:
+    AnalysisSpec = Annotated[Analysis, _ByKind()]

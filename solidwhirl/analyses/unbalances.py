@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import numpy as np
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from solidwhirl.core.blocks import numbers
 from solidwhirl.core.fields import Finite, Place, Positive, Record
-from solidwhirl.rotordyn import AssembledSystem, End
 from solidwhirl.rotordyn.core.arrays import ComplexArray
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
-from solidwhirl.rotordyn.plots.campbell import error_words
-from solidwhirl.rotordyn.response.unbalance import Unbalance, frequency_ratio
-from solidwhirl.rotordyn.response.unbalance_peaks import ResonancePeak
+
+if TYPE_CHECKING:
+    from solidwhirl.rotordyn import AssembledSystem, End
+    from solidwhirl.rotordyn.response.unbalance import Unbalance
+    from solidwhirl.rotordyn.response.unbalance_peaks import ResonancePeak
 
 _T = TypeVar("_T")
 # Part of the largest motion at a speed below which a motion is the solution's rounding.
@@ -55,6 +56,8 @@ class UnbalanceSpec(Record):
 
 def end_of(place: str) -> End:
     """Interface of a text "body.interface"."""
+    from solidwhirl.rotordyn.assembly.parts import End
+
     body, _, interface = place.partition(".")
     return End(body=body, interface=interface)
 
@@ -66,6 +69,8 @@ def unbalance_of(spec: UnbalanceSpec) -> Unbalance:
 
 def unbalance_at(place: str, moment_kg_m: float, phase_deg: float = 0.0) -> Unbalance:
     """Unbalance at "body.interface"."""
+    from solidwhirl.rotordyn.response.unbalance import Unbalance
+
     at, phase = end_of(place), float(np.radians(phase_deg))
     return Unbalance(body=at.body, interface=at.interface, moment_kg_m=moment_kg_m, phase_rad=phase)
 
@@ -86,6 +91,8 @@ def turning_at(
     system: AssembledSystem, unbalances: list[Unbalance], ratio: float
 ) -> list[Unbalance]:
     """Those unbalances whose frequency over the reference speed is `ratio`."""
+    from solidwhirl.rotordyn.response.unbalance import frequency_ratio
+
     return [u for u in unbalances if abs(frequency_ratio(system, u) - ratio) <= _SAME_RATIO * ratio]
 
 
@@ -117,6 +124,8 @@ PEAK_HEAD = (
 
 def peak_row(peak: Mapping[str, Any]) -> list[Any]:
     """Cells of a peak under `PEAK_HEAD`."""
+    from solidwhirl.rotordyn.plots.campbell import error_words
+
     return [
         f"{peak['speed_rpm']:.1f}",
         f"{peak['frequency_hz']:.5g}",

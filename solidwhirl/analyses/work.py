@@ -13,7 +13,8 @@ class EngineSize(NamedTuple):
     """What the work of an analysis depends on beside its own settings.
 
     `shafts`: different speeds at which bodies turn; `laws`: whether bearings depend on the speed;
-    `uneven`: whether some are unlike in x and y; `bodies`: how many there are.
+    `uneven`: whether some are unlike in x and y; `bodies`: how many there are; `frequencies`: of
+    tables, at each of which all modes of a speed are sought.
     """
 
     kind: EngineKind = "hermitian"
@@ -22,6 +23,7 @@ class EngineSize(NamedTuple):
     laws: bool = False
     uneven: bool = False
     bodies: int = 1
+    frequencies: int = 1
 
     @property
     def search(self) -> Work:
@@ -29,7 +31,8 @@ class EngineSize(NamedTuple):
         if self.kind == "isotropic":
             return Work(eigenproblems=60.0)
         if self.laws:
-            return Work(eigenproblems=45.0, factorisations=200.0)
+            # bearings are taken at the frequency of the excitation alone
+            return Work(eigenproblems=45.0 / self.frequencies, factorisations=200.0)
         if self.kind == "damped":
             return Work(eigenproblems=11.0, factorisations=12.0)
         return Work(undamped=2.0)

@@ -57,8 +57,8 @@ def carried_rings(
     found = []
     for element, piece in zip(layout.elements, pieces, strict=True):
         column, stiff = layout.skeleton.columns[element.column], radii[element.column]
-        for z, weight in zip(piece.places_m, piece.weights_m, strict=True):
-            low, high = stiff.at(z)
+        at_places = zip(piece.places_m, piece.weights_m, stiff.at(piece.places_m), strict=True)
+        for z, weight, (low, high) in at_places:
             for start, stop in ((column.inner_m(z), low), (high, column.outer_m(z))):
                 if stop - start <= _THIN * column.outer_m(z):
                     continue

@@ -46,10 +46,10 @@ class StiffRadii(NamedTuple):
     inner_m: FloatArray
     outer_m: FloatArray
 
-    def at(self, z_m: float) -> tuple[float, float]:
-        """Return inner and outer stiff radius at a place, m."""
-        inner = np.interp(z_m, self.z_m, self.inner_m)
-        return float(inner), float(np.interp(z_m, self.z_m, self.outer_m))
+    def at(self, z_m: FloatArray) -> list[tuple[float, float]]:
+        """Return inner and outer stiff radius at places, m."""
+        inner = np.interp(z_m, self.z_m, self.inner_m).tolist()
+        return list(zip(inner, np.interp(z_m, self.z_m, self.outer_m).tolist(), strict=True))
 
 
 def stiff_radii(skeleton: Skeleton, slope: float) -> tuple[StiffRadii, ...]:
@@ -164,10 +164,12 @@ def column_segment(
 ) -> Segment:
     """Return the beam between two places of a column."""
     places = ends_m[0] + elements.GAUSS_POINTS * (ends_m[1] - ends_m[0])
-    radii = [stiff.at(z) for z in places]
+    radii = stiff.at(places)
     if column.is_straight and all(pair == radii[0] for pair in radii):
         places = places[:1]
-    stiffness = [section_stiffness(column, stiff, z, shear) for z in places]
+    stiffness = [
+        section_stiffness(column, z, at, shear) for z, at in zip(places, radii, strict=False)
+    ]
     inertia = [section_inertia(column, z, *at) for z, at in zip(places, radii, strict=False)]
     return elements.segment(
         ends_m, SectionStiffness(*np.array(stiffness).T), SectionInertia(*np.array(inertia).T)
@@ -175,9 +177,9 @@ def column_segment(
 
 
 def section_stiffness(
-    column: Column, stiff: StiffRadii, z_m: float, shear: ShearRule
+    column: Column, z_m: float, radii_m: tuple[float, float], shear: ShearRule
 ) -> SectionStiffness:
-    """Return the stiffness of the stiff part of a cross-section at a place, m.
+    """Return the stiffness of the stiff part of a cross-section, between two radii, at a place, m.
 
     `shear`: shear coefficient; that of a ring with the radii of the whole stiff part.
 
@@ -186,7 +188,7 @@ def section_stiffness(
     circumference (Flügge, Stresses in Shells, chapter 4): EI cos⁴α, κGA cos²α, and the shear
     force V + M tan α / r.
     """
-    low, high = stiff.at(z_m)
+    low, high = radii_m
     bending = moment = axial = torsion = shearing = poisson = 0.0
     for layer in (*column.layers, *column.outer_plates, *column.inner_plates):
         if not layer.start_m <= z_m <= layer.end_m:

@@ -15,13 +15,10 @@ from solidwhirl.core.displays import indented
 from solidwhirl.core.reduction_work import BODIES, ReductionWork
 from solidwhirl.core.versions import package_versions
 from solidwhirl.geometry import Body, MassProperties, mass_properties, symmetry
-from solidwhirl.meshing import LocalSize, Mesh, MeshSize, mesh_meridian, mesh_revolved
+from solidwhirl.meshing import LocalSize, Mesh, MeshSize
 from solidwhirl.meshing.imported.records import MeshedBody
-from solidwhirl.meshing.own.features.sector import mesh_sector, mesh_whole_body
-from solidwhirl.meshing.own.joined import mesh_joined, without_copies
 from solidwhirl.model.mesh_bodies import made_mesh
 from solidwhirl.model.plan_records import BodyPlan, Plan
-from solidwhirl.rotordyn import Superelement
 from solidwhirl.rotordyn.core.ledger import SYSTEMS
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.speeds_asked import top_speed_text
@@ -29,6 +26,7 @@ from solidwhirl.scene_reading.reader import scene_hash
 
 if TYPE_CHECKING:
     from solidwhirl.reduction import ReductionRequest
+    from solidwhirl.rotordyn import Superelement
 
 # Speed of sound along bars of the usual metals [m/s].
 _SOUND = 5000.0
@@ -99,6 +97,8 @@ class BodyResult:
     @property
     def shown_mesh(self) -> Mesh:
         """The mesh without what lies twice in it."""
+        from solidwhirl.meshing.own.joined import without_copies
+
         return without_copies(self.mesh)
 
     def __repr__(self) -> str:
@@ -154,6 +154,10 @@ def mesh_body(
     body: Body | MeshedBody, level: str, chosen: Discretisation, before: BodyResult | None = None
 ) -> Mesh:
     """Mesh a body for its level; the last mesh again where the sizes are still the same."""
+    from solidwhirl.meshing import mesh_meridian, mesh_revolved
+    from solidwhirl.meshing.own.features.sector import mesh_sector, mesh_whole_body
+    from solidwhirl.meshing.own.joined import mesh_joined
+
     if before is not None and before.discretisation.local is chosen.local:
         return before.mesh
     if isinstance(body, MeshedBody):

@@ -151,12 +151,10 @@ def chosen_scene(path: Path, level: str | None, accuracy: float | None) -> Scene
 
 
 def _without_recoveries(scene: Scene) -> Scene:
-    from solidwhirl.analyses.recovery.analysis import RecoverySpec
-
     left = [
         a.label
         for a in scene.analyses
-        if isinstance(a, RecoverySpec) and set(a.bodies) & set(scene.bodies)
+        if a.kind == "recovery" and set(a.bodies) & set(scene.bodies)
     ]
     if left:
         said = f"--level beam leaves out {', '.join(left)}: beams have no stress to recover"

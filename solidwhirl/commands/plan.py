@@ -5,12 +5,8 @@ from __future__ import annotations
 import sys
 from typing import Any
 
-from rich.console import Console
-from rich.markdown import Markdown
-
 from solidwhirl.commands.options import Accuracy, AsJson, Level, SceneFile, chosen_scene, examples
 from solidwhirl.console.guard import guarded
-from solidwhirl.console.terminal import print_document
 
 EXAMPLES = examples(
     "solidwhirl plan scenes/ferraris.toml",
@@ -48,8 +44,9 @@ def plan(
         expected = forecast(chosen, decided, solids, machine=machine)
         effects = effect_costs(chosen, decided, solids, expected, machine)
         if as_json:
+            from solidwhirl.console.terminal import print_document
             from solidwhirl.cost.tables import forecast_document
-            from solidwhirl.output.documents import costs_document, plan_document
+            from solidwhirl.output.plan_documents import costs_document, plan_document
 
             document: dict[str, Any] = {
                 "schema": "solidwhirl-plan-1",
@@ -73,7 +70,14 @@ def plan(
         text += "\n\n" + cost_text(expected)
         if not machine.calibrated:
             text += "\n\n`solidwhirl doctor --calibrate` makes it right for this machine, in 20 s."
-        console = Console(width=None if sys.stdout.isatty() else 200)
-        console.print(Markdown(text))
+        _print_markdown(text)
 
     guarded(scene, work)
+
+
+def _print_markdown(text: str) -> None:
+    """Print a text as it looks best, on lines that are long where no terminal limits them."""
+    from rich.console import Console
+    from rich.markdown import Markdown
+
+    Console(width=None if sys.stdout.isatty() else 200).print(Markdown(text))

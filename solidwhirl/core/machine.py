@@ -6,6 +6,7 @@ import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -16,6 +17,11 @@ from solidwhirl.rotordyn.core.available_memory import available_memory, resident
 _ROWS = 256
 _ENTRIES = 2_000_000
 _REPEATS = 4
+
+
+def user_cache() -> Path:
+    """Return the folder of what is kept for this user from one run to the next."""
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "solidwhirl"
 
 
 @dataclass(frozen=True, kw_only=True)

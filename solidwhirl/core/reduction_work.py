@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from solidwhirl.rotordyn import Invariant
 from solidwhirl.rotordyn.core.ledger import Ledger
+
+if TYPE_CHECKING:
+    from solidwhirl.rotordyn import Invariant
 
 #: Finite element matrices of bodies, their factors and eigenproblems
 BODIES = Ledger("problems of bodies")

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from solidwhirl.analyses.base import Analysis
-from solidwhirl.analyses.kinds.nodal_diameters import NodalDiametersSpec
-from solidwhirl.analyses.recovery.analysis import RecoverySpec
+from solidwhirl.analyses.registry import AnalysisSpec
 from solidwhirl.analyses.work import EngineSize
 from solidwhirl.cost import run_coefficients as measured
 from solidwhirl.cost.engine import memory_gib, seconds_of
@@ -16,6 +15,10 @@ from solidwhirl.cost.work import Cost
 from solidwhirl.model.plan_records import Plan
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.recovery_references import sectors_of
+
+if TYPE_CHECKING:
+    from solidwhirl.analyses.kinds.nodal_diameters import NodalDiametersSpec
+    from solidwhirl.analyses.recovery.analysis import RecoverySpec
 
 _UNKNOWNS = 1e5
 _SECTORS = 32.0
@@ -47,10 +50,10 @@ def analysis_costs(
 ) -> dict[str, AnalysisCost]:
     """Predict what each analysis costs, by its name; `bodies`: cost of each in its last round."""
 
-    def cost(spec: Analysis) -> AnalysisCost:
-        if isinstance(spec, NodalDiametersSpec):
+    def cost(spec: AnalysisSpec) -> AnalysisCost:
+        if spec.kind == "nodal_diameters":
             return _nodal_diameters(scene, plan, spec, bodies[spec.body])
-        if isinstance(spec, RecoverySpec):
+        if spec.kind == "recovery":
             return _recovery(spec, bodies, machine)
         work = spec.work(size)
         spent = machine.factor("dense") * seconds_of(work, size)

@@ -33,8 +33,16 @@ def engine_size(plan: Plan, scene: Scene, coordinates: int) -> EngineSize:
         shafts=exciters(plan, scene),
         laws=plan.on("speed_dependent_bearings"),
         uneven=_uneven(scene),
+        frequencies=_frequencies(scene),
         bodies=len(plan.bodies) + len(scene.rigid_bodies) + len(scene.beams) + len(scene.imported),
     )
+
+
+def _frequencies(scene: Scene) -> int:
+    """How many frequencies the tables of bearings have between them, at least 1."""
+    laws = [scene.speed_laws[b.speed_law] for b in scene.bearings if b.speed_law is not None]
+    tables = (law for law in laws if law.kind == "frequency_table")
+    return max(1, len({hertz for law in tables for hertz in law.frequency_hz}))
 
 
 def _uneven(scene: Scene) -> bool:
@@ -108,7 +116,7 @@ def seconds_of(work: Work, size: EngineSize) -> float:
 def unit_counts(work: Work, size: EngineSize) -> dict[str, float]:
     """How many problems of each kind that `run_coefficients.UNITS` has there are in work."""
     return {
-        f"eigenproblem.{size.kind}": work.eigenproblems,
+        f"eigenproblem.{size.kind}": size.frequencies * work.eigenproblems,
         "undamped": work.undamped,
         "factorisation": work.factorisations,
         "solve": work.solves,

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from solidwhirl.core.machine import MachineSpeed, machine_speed
+from solidwhirl.core.machine import MachineSpeed, machine_speed, user_cache
 from solidwhirl.cost import run_coefficients as measured
 
 #: Kinds of work whose speed differs from machine to machine: imports and the choice of the level,
@@ -68,8 +68,7 @@ def machine_name() -> str:
 
 def calibration_file() -> Path:
     """Where calibrations are kept, those of several machines that share a home in one file."""
-    cache = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(cache) / "solidwhirl" / "calibration.json"
+    return user_cache() / "calibration.json"
 
 
 def kept_calibration() -> Machine | None:

@@ -6,8 +6,6 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from solidwhirl.analyses.kinds.run_up import RunUpSpec
-from solidwhirl.analyses.kinds.unbalance_response import UnbalanceResponseSpec
 from solidwhirl.analyses.unbalances import UnbalanceSpec
 from solidwhirl.rotordyn import AnalysisError
 from solidwhirl.rotordyn.standards.iso_balance import permissible_unbalance_kg_m
@@ -19,13 +17,13 @@ def with_moments(scene: Scene, masses_kg: Mapping[str, float]) -> Scene:
 
     Raises AnalysisError: a body with a grade has no mass.
     """
-    kinds = UnbalanceResponseSpec | RunUpSpec
     changed = {
         k: spec.model_copy(
             update={"unbalances": tuple(_plain(u, masses_kg) for u in spec.unbalances)}
         )
         for k, spec in enumerate(scene.analyses)
-        if isinstance(spec, kinds) and any(u.grade is not None for u in spec.unbalances)
+        if (spec.kind == "unbalance_response" or spec.kind == "run_up")
+        and any(u.grade is not None for u in spec.unbalances)
     }
     if not changed:
         return scene

@@ -7,11 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from solidwhirl.analyses.kinds.run_up import RunUpSpec
-from solidwhirl.analyses.kinds.static import StaticSpec
 from solidwhirl.analyses.registry import KINDS
 from solidwhirl.geometry import Body
 from solidwhirl.meshing.imported.records import AnyBody, is_asymmetric
@@ -32,6 +31,9 @@ from solidwhirl.scene_checks.interface_motions import (
 )
 from solidwhirl.scene_checks.recovery_references import recovered_bodies
 from solidwhirl.scene_checks.speeds_asked import scene_speeds, speeds_beyond, top_speed
+
+if TYPE_CHECKING:
+    from solidwhirl.analyses.kinds.static import StaticSpec
 
 
 def make_plan(scene: Scene, bodies: Mapping[str, Body], level: str | None = None) -> Plan:
@@ -279,13 +281,13 @@ def _refuse_kinds(scene: Scene, asymmetric: list[str]) -> None:
     """
     wanted = "asymmetric" if asymmetric else "even"
     for k, analysis in enumerate(scene.analyses):
-        if asymmetric and isinstance(analysis, RunUpSpec) and analysis.compare_flexible:
+        if asymmetric and analysis.kind == "run_up" and analysis.compare_flexible:
             raise AnalysisError(
                 f"analyses[{k}].compare_flexible: holds bodies rigid in turn, which needs bodies "
                 f"that are the same in all directions, and {', '.join(asymmetric)} bend unlike in "
                 "two planes; leave it out"
             )
-        if isinstance(analysis, StaticSpec):
+        if analysis.kind == "static":
             _refuse_static(scene, f"analyses[{k}]", analysis, asymmetric)
         if analysis.of_bodies in ("any", wanted):
             continue

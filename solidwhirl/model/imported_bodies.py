@@ -7,23 +7,20 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from solidwhirl.model.plan_records import Plan
-from solidwhirl.rotordyn import Superelement, SuperelementError, read_superelement
-from solidwhirl.rotordyn.exchange.matrices.arrays_npz import read_npz
-from solidwhirl.rotordyn.exchange.matrices.dmig import read_dmig
-from solidwhirl.rotordyn.exchange.matrices.foreign_body import ForeignBody
-from solidwhirl.rotordyn.exchange.matrices.matrix_market import read_matrix_market
-from solidwhirl.rotordyn.exchange.matrices.op4 import read_op4
-from solidwhirl.rotordyn.importing.element import imported_superelement
-from solidwhirl.rotordyn.importing.moved_element import renamed_superelement, shifted_superelement
-from solidwhirl.rotordyn.importing.rows import ImportOptions
+from solidwhirl.rotordyn.core.errors import SuperelementError
 from solidwhirl.scene.imports import NATIVE, ImportedSpec
 from solidwhirl.scene.meshes import file_digest
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import EFFECT_OF, motions_acted_on
+
+if TYPE_CHECKING:  # a scene without such bodies loads no reader
+    from solidwhirl.rotordyn import Superelement
+    from solidwhirl.rotordyn.exchange.matrices.foreign_body import ForeignBody
 
 _ROLES = ("mass", "stiffness", "gyroscopic", "stress_stiffening", "spin_softening")
 _FORMATS = {".npz": "npz", ".json": "Matrix Market", ".op4": "OUTPUT4", NATIVE: "superelement"}
@@ -54,6 +51,8 @@ class _SpecError(ValueError):
 
 
 def _resolved(spec: ImportedSpec) -> ImportedSpec:
+    from solidwhirl.rotordyn import read_superelement
+
     path = Path(spec.file)
     if path.suffix.lower() == NATIVE:
         files: tuple[Path, ...] = (path,)
@@ -100,6 +99,11 @@ def _list(names: Mapping[str, object] | Mapping[int, object]) -> str:
 
 
 def _foreign(spec: ImportedSpec) -> ForeignBody:
+    from solidwhirl.rotordyn.exchange.matrices.arrays_npz import read_npz
+    from solidwhirl.rotordyn.exchange.matrices.dmig import read_dmig
+    from solidwhirl.rotordyn.exchange.matrices.matrix_market import read_matrix_market
+    from solidwhirl.rotordyn.exchange.matrices.op4 import read_op4
+
     path = Path(spec.file)
     nodes = None if spec.nodes is None else Path(spec.nodes)
     suffix = path.suffix.lower()
@@ -112,6 +116,15 @@ def _foreign(spec: ImportedSpec) -> ForeignBody:
     if suffix == ".json":
         return read_matrix_market(path)
     return read_dmig(path, nodes)
+
+
+def files_of(spec: ImportedSpec) -> tuple[Path, ...]:
+    """Return all files of an imported body, those that its file names or includes too.
+
+    Raises SuperelementError: they are no body.
+    """
+    native = Path(spec.file).suffix.lower() == NATIVE
+    return (Path(spec.file),) if native else _foreign(spec).files
 
 
 def _digest(files: tuple[Path, ...]) -> str:
@@ -140,6 +153,9 @@ def imported_element(name: str, spec: ImportedSpec) -> Superelement:
 @lru_cache(maxsize=16)
 def _built(name: str, text: str) -> Superelement:
     """The superelement; the text of its entry holds the digest of its files."""
+    from solidwhirl.rotordyn.importing.element import imported_superelement
+    from solidwhirl.rotordyn.importing.rows import ImportOptions
+
     spec = ImportedSpec.model_validate_json(text)
     path = Path(spec.file)
     provenance = {
@@ -173,6 +189,12 @@ def _built(name: str, text: str) -> Superelement:
 
 def _native(name: str, spec: ImportedSpec, provenance: Mapping[str, object]) -> Superelement:
     """A superelement file as a body; its level and what is known of its errors stay."""
+    from solidwhirl.rotordyn import read_superelement
+    from solidwhirl.rotordyn.importing.moved_element import (
+        renamed_superelement,
+        shifted_superelement,
+    )
+
     found = read_superelement(spec.file)
     if spec.speed_ratio != 0.0 and not found.gyroscopic.any():
         raise SuperelementError(

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from solidwhirl.core.warnings import Doubt
 from solidwhirl.geometry import Body, Interface
 from solidwhirl.meshing import FloatArray, Mesh
-from solidwhirl.meshing.imported.measures import area_and_centre
 from solidwhirl.meshing.imported.records import MeshedBody, MeshInterface
 from solidwhirl.model.mesh_bodies import build_mesh_bodies
-from solidwhirl.rotordyn import Superelement
 from solidwhirl.scene.records import Scene
+
+if TYPE_CHECKING:
+    from solidwhirl.rotordyn import Superelement
 
 # Area that a box cuts off, over all that lies in it, from which on it is told.
 _WORTH_SAYING = 1e-3
@@ -66,6 +67,8 @@ def cut_doubts(scene: Scene) -> Iterator[Doubt]:
 def _area_and_centre(mesh: Mesh, name: str) -> tuple[float, FloatArray]:
     """Area [m²] and centre of area [m] of the facets, which are curves of a meridian in 2D."""
     if mesh.points.shape[1] == 3:
+        from solidwhirl.meshing.imported.measures import area_and_centre
+
         return area_and_centre(mesh, name)
     facets = mesh.interfaces[name]
     ends, middle = mesh.points[facets[:, :2]], mesh.points[facets[:, 2]]

@@ -14,8 +14,6 @@ from solidwhirl.core.errors import clean
 from solidwhirl.core.machine import available_memory_gib
 from solidwhirl.geometry import Body, GeometryError, Material, RigidDisk
 from solidwhirl.meshing import Mesh, MeshingError, MeshSize
-from solidwhirl.meshing.imported.body import body_of_mesh, is_round, mesh_from_file, mesh_of
-from solidwhirl.meshing.imported.formats.step import mesh_step, step_geometry
 from solidwhirl.meshing.imported.records import (
     MeshedBody,
     MeshInterface,
@@ -65,6 +63,8 @@ def described(body: MeshedBody, mesh: Mesh) -> MeshedBody:
     Raises MeshingError: a turning body that is none of revolution, or an interface that can't be
     one.
     """
+    from solidwhirl.meshing.imported.body import body_of_mesh
+
     if body.mass is not None:
         return body
     with _named(body.name):
@@ -144,6 +144,8 @@ def _named(name: str) -> Iterator[None]:
 
 
 def _built(scene: Scene, name: str, spec: MeshBodySpec) -> MeshedBody:
+    from solidwhirl.meshing.imported.body import is_round
+
     with _named(name):
         request = _request(spec, scene_materials(scene))
         # the mesh tells; that of a geometry is not known yet
@@ -157,6 +159,8 @@ def _built(scene: Scene, name: str, spec: MeshBodySpec) -> MeshedBody:
 @lru_cache(maxsize=16)
 def _body(name: str, request: MeshRequest, disks: tuple[RigidDisk, ...]) -> MeshedBody:
     """The body of a request, which a command asks for several times."""
+    from solidwhirl.meshing.imported.body import body_of_mesh
+
     if request.step is not None:
         return _unmeshed(name, request, disks)
     mesh = _mesh(request, name)
@@ -172,6 +176,9 @@ def _mesh(request: MeshRequest, name: str) -> Mesh:
 @lru_cache(maxsize=4)
 def _read_mesh(request: MeshRequest, name: str) -> Mesh:
     """The mesh of a request; a command asks for it several times."""
+    from solidwhirl.meshing.imported.body import mesh_from_file, mesh_of
+    from solidwhirl.meshing.imported.formats.step import mesh_step
+
     if request.step is None:
         return mesh_from_file(request, name)
     return mesh_of(mesh_step(request), request, name)
@@ -239,6 +246,8 @@ def _digest(spec: MeshBodySpec) -> str:
 
 def _unmeshed(name: str, request: MeshRequest, disks: tuple[RigidDisk, ...]) -> MeshedBody:
     """A body whose mesh is to be made; the memory that it takes is known before."""
+    from solidwhirl.meshing.imported.formats.step import step_geometry
+
     assert request.step is not None
     found = step_geometry(request)
     low, high = found.low_m, found.high_m

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from solidwhirl.analyses.kinds.static import StaticSpec
-from solidwhirl.rotordyn import AnalysisError, AssembledSystem
 from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
-from solidwhirl.rotordyn.response.load_equilibrium import loads_in_equilibrium
 from solidwhirl.scene.joints import BearingSpec, LoadTableLawSpec
 from solidwhirl.scene.records import Scene
+
+if TYPE_CHECKING:
+    from solidwhirl.analyses.kinds.static import StaticSpec
+    from solidwhirl.rotordyn import AssembledSystem
 
 #: Static load of bearings by name at each speed of their tables, N, shape (s,) each.
 Loads = Mapping[str, FloatArray]
@@ -40,7 +42,7 @@ def load_case(scene: Scene) -> StaticSpec | None:
     `scene`: without problems: all its tables name one analysis.
     """
     named = [b.law.load_from for b in _loaded(scene)]
-    found = [a for a in scene.analyses if isinstance(a, StaticSpec) and a.label in named]
+    found = [a for a in scene.analyses if a.kind == "static" and a.label in named]
     return found[0] if found else None
 
 
@@ -59,6 +61,8 @@ def at_static_loads(
     reduced for the loads are those of the highest one.
     Raises AnalysisError: a load is beyond its table, or there is no equilibrium.
     """
+    from solidwhirl.rotordyn.response.load_equilibrium import loads_in_equilibrium
+
     bearings = {b.bearing.name: b for b in _loaded(scene)}
     rows = [_Row(name, k) for name, b in bearings.items() for k in range(b.speeds_rad_s.size)]
 

@@ -19,8 +19,6 @@ from solidwhirl.core.outcome import Write, is_picture
 from solidwhirl.core.plain_data import plain_data
 from solidwhirl.core.stages import silent
 from solidwhirl.core.versions import package_versions
-from solidwhirl.cost.effects import EffectCost
-from solidwhirl.cost.forecast import Forecast
 from solidwhirl.cost.tables import forecast_document
 from solidwhirl.estimates.documents import (
     Unestimated,
@@ -34,9 +32,8 @@ from solidwhirl.meshing import write_gmsh, write_vtu
 from solidwhirl.meshing.imported.records import MeshedBody
 from solidwhirl.model.interface_documents import interfaces_document
 from solidwhirl.model.mesh_bodies import source_document
-from solidwhirl.model.plan_records import Plan
-from solidwhirl.model.resolution import Resolution
 from solidwhirl.output.picture_processes import Begin, in_turn
+from solidwhirl.output.plan_documents import plan_document
 from solidwhirl.output.report import report_text
 from solidwhirl.page.frame.records import Run
 from solidwhirl.page.sections import write_report
@@ -227,64 +224,6 @@ def _put_estimates(document: dict[str, Any], estimates: Estimates) -> None:
         entry |= critical_speed_entry(estimates, index)
     for name, values in estimates.free_frequencies.items():
         document["bodies"][name]["free_frequency_error_estimate"] = values.tolist()
-
-
-def plan_document(plan: Plan) -> dict[str, Any]:
-    """The plan as plain data."""
-    return {
-        "effects": [asdict(effect) for effect in plan.effects],
-        "analyses": [{"name": name, "kind": kind} for name, kind in plan.analyses],
-        "speeds_beyond": [
-            {"analysis": a.analysis, "to_rpm": a.speed_rpm, "source": a.source}
-            for a in plan.speeds_beyond
-        ],
-        "bodies": {
-            name: {
-                "level": b.level,
-                "circumferential_orders": list(b.orders),
-                "interface_components": list(b.components),
-                "motions_by_interface": {k: list(v) for k, v in b.interface_components.items()},
-                **_resolution(b.resolution),
-                "maximum_speed_rpm": b.maximum_speed_rad_s * RPM_PER_RAD_S,
-                "matrices": b.matrices,
-                "factorisations_at_most": b.factorisations,
-                "eigenproblems_at_most": b.eigenproblems,
-                "solver": None if b.level == "beam" else b.solver,
-            }
-            for name, b in plan.bodies.items()
-        },
-    }
-
-
-def costs_document(
-    plan: Plan, expected: Forecast, effects: Mapping[str, EffectCost]
-) -> dict[str, Any]:
-    """What effects and analyses cost, as plain data: of an effect that is off, what that saves."""
-    return {
-        "effects": {
-            effect.name: {
-                "on": effect.on,
-                ("adds_cpu_s" if effect.on else "saves_cpu_s"): effects[effect.name].seconds,
-                ("adds_gib" if effect.on else "saves_gib"): effects[effect.name].memory_gib,
-            }
-            for effect in plan.effects
-            if effect.name in effects
-        },
-        "analyses": {
-            name: {"cpu_s": cost.seconds, "memory_gib": cost.memory_gib}
-            for name, cost in expected.analyses.items()
-        },
-    }
-
-
-def _resolution(found: Resolution | None) -> dict[str, Any]:
-    """Mesh to begin with; beams have none."""
-    return {
-        "element_order": None if found is None else found.degree,
-        "corner_size_m": None if found is None else found.size.corner_size_m,
-        "size_m": None if found is None else found.size.size_m,
-        "expected_relative_error": None if found is None else found.expected_error,
-    }
 
 
 def write_results(results: Results, out: str | Path, *, pictures: bool = True) -> Path:

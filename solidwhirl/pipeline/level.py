@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from solidwhirl.bodies.beams_tried import beams_are_tried
 from solidwhirl.cache.files import StageStore
+from solidwhirl.core.machine import user_cache
 from solidwhirl.core.stages import silent
 from solidwhirl.geometry import Body
 from solidwhirl.model.plan_records import Plan
@@ -54,8 +53,7 @@ def planned_level(scene: Scene, bodies: Mapping[str, Body]) -> str:
     """Return the level for a plan, kept in the user's cache folder from one plan to the next."""
     if not beams_are_tried(scene, bodies):
         return _untried(scene)
-    cache = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    store = StageStore(Path(cache) / "solidwhirl" / "levels")
+    store = StageStore(user_cache() / "levels")
     stage_cache = StageCache(store=store, progress=silent)
     keys = _keys(scene, bodies, stage_cache)
     kept: str | None = stage_cache.find(keys[0]) or stage_cache.find(keys[1])

@@ -11,6 +11,7 @@ import tomllib
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from importlib import resources
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,13 +20,15 @@ from solidwhirl.geometry import Body
 from solidwhirl.model.imported_bodies import imported_element
 from solidwhirl.model.interface_documents import cut_doubts
 from solidwhirl.plausibility.shapes import Disk, Shape, shapes_of
-from solidwhirl.rotordyn import Superelement
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.scene.bearing_physics import AbsoluteLaw
 from solidwhirl.scene.joints import BearingSpec
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.operating import operating_speeds
 from solidwhirl.scene_checks.speeds_asked import scene_speeds, top_speed
+
+if TYPE_CHECKING:
+    from solidwhirl.rotordyn import Superelement
 
 
 @dataclass(frozen=True, kw_only=True)

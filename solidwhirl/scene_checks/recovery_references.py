@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
-from solidwhirl.analyses.kinds.nodal_diameters import NodalDiametersSpec
-from solidwhirl.analyses.kinds.run_up import RunUpSpec
-from solidwhirl.analyses.kinds.unbalance_response import UnbalanceResponseSpec
-from solidwhirl.analyses.recovery.analysis import RecoverySpec
-from solidwhirl.analyses.recovery.states import RecoveryStateSpec
 from solidwhirl.core.errors import unknown
 from solidwhirl.geometry.features import FEWEST
 from solidwhirl.scene.records import Scene
+
+if TYPE_CHECKING:
+    from solidwhirl.analyses.recovery.analysis import RecoverySpec
+    from solidwhirl.analyses.recovery.records import RecoveryStateSpec
 
 
 def recovery_problems(scene: Scene) -> list[str]:
@@ -20,7 +20,7 @@ def recovery_problems(scene: Scene) -> list[str]:
     problems = []
     written: set[str] = set()
     for k, spec in enumerate(scene.analyses):
-        if not isinstance(spec, RecoverySpec):
+        if spec.kind != "recovery":
             continue
         problems += [f"analyses[{k}].{text}" for text in _problems(scene, spec)]
         for file in (f"{spec.label}_{b}_{s.label}" for b in spec.bodies for s in spec.states):
@@ -32,13 +32,13 @@ def recovery_problems(scene: Scene) -> list[str]:
 
 def recovered_bodies(scene: Scene) -> tuple[str, ...]:
     """Bodies whose solid a recovery of the scene asks for."""
-    asked = [b for spec in scene.analyses if isinstance(spec, RecoverySpec) for b in spec.bodies]
+    asked = [b for spec in scene.analyses if spec.kind == "recovery" for b in spec.bodies]
     return tuple(dict.fromkeys(asked))
 
 
 def meshes_for(scene: Scene) -> tuple[str, ...]:
     """Bodies whose mesh an analysis of the scene asks for."""
-    own = [spec.body for spec in scene.analyses if isinstance(spec, NodalDiametersSpec)]
+    own = [spec.body for spec in scene.analyses if spec.kind == "nodal_diameters"]
     return tuple(dict.fromkeys([*recovered_bodies(scene), *own]))
 
 
@@ -112,19 +112,20 @@ def _state_problems(scene: Scene, state: RecoveryStateSpec) -> Iterator[str]:
     places = [f"{body}.{i}" for body, names in scene.interface_names().items() for i in names]
     if state.peak is not None and state.peak not in places:
         yield f"peak: {unknown('interface', state.peak, places)}"
-    for key, kind, words in (
-        ("response", UnbalanceResponseSpec, "unbalance_response"),
-        ("run_up", RunUpSpec, "run_up"),
-    ):
+    for key, kind in (("response", "unbalance_response"), ("run_up", "run_up")):
         name = getattr(state, key)
         if name is None:
             continue
-        named = {a.label: a for a in scene.analyses if isinstance(a, kind)}
+        named = {
+            a.label: a
+            for a in scene.analyses
+            if a.kind == kind and (a.kind == "unbalance_response" or a.kind == "run_up")
+        }
         if name not in named:
-            yield f"{key}: {unknown(f'analysis of kind {words}', name, list(named))}"
+            yield f"{key}: {unknown(f'analysis of kind {kind}', name, list(named))}"
             continue
         found = named[name]
-        if isinstance(found, RunUpSpec):
+        if found.kind == "run_up":
             end = found.ramp_s + found.hold_s
             late = [t for t in state.time_s or () if t > end]
             if late:

@@ -3,19 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from solidwhirl.analyses.kinds.api617 import Api617Spec
-from solidwhirl.analyses.kinds.asymmetric_response import AsymmetricResponseSpec
-from solidwhirl.analyses.kinds.critical_speed_map import CriticalSpeedMapSpec
-from solidwhirl.analyses.kinds.nodal_diameters import NodalDiametersSpec
-from solidwhirl.analyses.kinds.nonlinear_response import ClearanceJointSpec, NonlinearResponseSpec
-from solidwhirl.analyses.kinds.run_up import RunUpSpec
-from solidwhirl.analyses.kinds.separation_margins import SeparationMarginsSpec
-from solidwhirl.analyses.kinds.static import StaticSpec
-from solidwhirl.analyses.kinds.stiffness_study import StiffnessStudySpec
 from solidwhirl.analyses.registry import AnalysisSpec
 from solidwhirl.core.errors import unknown
 from solidwhirl.geometry.features import MOST
@@ -24,6 +15,16 @@ from solidwhirl.scene.bearing_physics import AbsoluteLaw
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import EFFECT_OF, acting_on, is_off_axis
 from solidwhirl.scene_checks.recovery_references import no_common_sector, no_solid, sectors_of
+
+if TYPE_CHECKING:
+    from solidwhirl.analyses.kinds.api617 import Api617Spec
+    from solidwhirl.analyses.kinds.asymmetric_response import AsymmetricResponseSpec
+    from solidwhirl.analyses.kinds.critical_speed_map import CriticalSpeedMapSpec
+    from solidwhirl.analyses.kinds.nodal_diameters import NodalDiametersSpec
+    from solidwhirl.analyses.kinds.nonlinear_response import NonlinearResponseSpec
+    from solidwhirl.analyses.kinds.run_up import RunUpSpec
+    from solidwhirl.analyses.kinds.static import StaticSpec
+    from solidwhirl.analyses.kinds.stiffness_study import StiffnessStudySpec
 
 # Keys of analyses by what they name.
 _PLACES = (
@@ -83,21 +84,21 @@ def _turning_problems(scene: Scene, spec: AnalysisSpec) -> Iterator[str]:
 
 
 def _further_problems(scene: Scene, spec: AnalysisSpec) -> Iterator[str]:
-    if isinstance(spec, CriticalSpeedMapSpec | StiffnessStudySpec):
+    if spec.kind == "critical_speed_map" or spec.kind == "stiffness_study":
         yield from _support_problems(scene, spec)
-    if isinstance(spec, RunUpSpec):
+    if spec.kind == "run_up":
         yield from _run_up_problems(scene, spec)
-    if isinstance(spec, StaticSpec):
+    if spec.kind == "static":
         yield from _static_problems(scene, spec)
-    if isinstance(spec, NodalDiametersSpec):
+    if spec.kind == "nodal_diameters":
         yield from _nodal_problems(scene, spec)
-    if isinstance(spec, NonlinearResponseSpec):
+    if spec.kind == "nonlinear_response":
         yield from _nonlinear_problems(scene, spec)
-    if isinstance(spec, AsymmetricResponseSpec):
+    if spec.kind == "asymmetric_response":
         yield from _bow_problems(scene, spec)
-    if isinstance(spec, Api617Spec):
+    if spec.kind == "api617":
         yield from _api617_problems(scene, spec)
-    if isinstance(spec, SeparationMarginsSpec) and not (spec.operating or scene.operating):
+    if spec.kind == "separation_margins" and not (spec.operating or scene.operating):
         yield "operating: missing; give it here or as [[operating]] of the scene"
 
 
@@ -188,7 +189,7 @@ def _nonlinear_problems(scene: Scene, spec: NonlinearResponseSpec) -> Iterator[s
         )
     for k, joint in enumerate(spec.nonlinear):
         slides = ratio(joint.first) != ratio(joint.second)
-        if isinstance(joint, ClearanceJointSpec) and joint.friction and not slides:
+        if joint.kind == "clearance" and joint.friction and not slides:
             yield (
                 f"nonlinear[{k}].friction: {joint.first!r} and {joint.second!r} turn at one speed; "
                 "friction needs ends that slide on each other"
@@ -204,7 +205,7 @@ def _support_problems(
         bearing = named[name]
         if {"ux", "uy"} & set(bearing.rigid):
             yield f"bearings[{k}]: {name!r} is rigid in ux or uy; it has no stiffness to vary"
-        elif isinstance(spec, StiffnessStudySpec) and isinstance(
+        elif spec.kind == "stiffness_study" and isinstance(
             scene.speed_laws.get(bearing.speed_law or ""), AbsoluteLaw
         ):
             yield (

@@ -7,11 +7,14 @@ import re
 import tomllib
 import types
 import typing
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
+from solidwhirl.analyses.base import Analysis
+from solidwhirl.analyses.registry import KINDS
 from solidwhirl.core.errors import Problem, SceneError, clean, meant
 from solidwhirl.core.fields import keys_of
 from solidwhirl.model.imported_bodies import with_files_read
@@ -150,6 +153,15 @@ def parse_scene(
     if problems:
         raise SceneError(path, problems)
     return scene
+
+
+def files_named(data: Mapping[str, Any], folder: Path) -> Iterator[Path]:
+    """Yield the files that the content of a scene file names, whether or not they are there."""
+    tables = (data.get(name) for name in ("imported", "mesh_bodies", "speed_laws"))
+    entries = [e for t in tables if isinstance(t, dict) for e in t.values() if isinstance(e, dict)]
+    for name in (entry.get(key) for entry in entries for key in ("file", "nodes")):
+        if isinstance(name, str):
+            yield folder / name
 
 
 def scene_hash(scene: Scene) -> str:
@@ -297,8 +309,10 @@ def _bare(annotation: Any) -> Any:
     return annotation
 
 
-def _kinds(annotation: Any) -> dict[Any, Any]:
+def _kinds(annotation: Any) -> Mapping[Any, Any]:
     """Records of a union by their kind; empty for other types."""
+    if annotation is Analysis:
+        return KINDS
     if typing.get_origin(annotation) not in (typing.Union, types.UnionType):
         return {}
     records = [a for a in typing.get_args(annotation) if _is_record(a)]

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from solidwhirl.analyses.kinds.static import StaticSpec
 from solidwhirl.core.errors import repeated, unknown
 from solidwhirl.core.fields import alike_in_files
 from solidwhirl.scene.bearing_physics import AbsoluteLaw, ShortBearingLawSpec
@@ -116,7 +115,7 @@ def _law_problems(scene: Scene, bearing: BearingSpec) -> Iterator[str]:
 
 def _load_problems(scene: Scene) -> Iterator[str]:
     """Tables over the load without a static analysis, or with several."""
-    cases = [a.label for a in scene.analyses if isinstance(a, StaticSpec)]
+    cases = [a.label for a in scene.analyses if a.kind == "static"]
     named = {n: w.load_from for n, w in scene.speed_laws.items() if isinstance(w, LoadTableLawSpec)}
     for law, case in named.items():
         key = f"speed_laws.{law}.load_from"

@@ -4,22 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from solidwhirl.analyses.kinds.run_up import RunUpSpec
-from solidwhirl.analyses.kinds.static import StaticForceSpec, StaticSpec
 from solidwhirl.geometry import GeometryError, mass_properties
 from solidwhirl.model.bodies import build_bodies, known_material, scene_materials
-from solidwhirl.rotordyn import AnalysisError, AssembledSystem
 from solidwhirl.rotordyn.core.arrays import FloatArray, motion_at
-from solidwhirl.rotordyn.modes.free_motions import unsupported_bodies
+from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
 from solidwhirl.scene.bearing_physics import AbsoluteLaw
 from solidwhirl.scene.joints import BeamSpec, BearingSpec
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import EFFECT_OF, carried_motions, is_off_axis
+
+if TYPE_CHECKING:
+    from solidwhirl.analyses.kinds.static import StaticForceSpec
+    from solidwhirl.rotordyn import AssembledSystem
 
 # What is smaller than this is rounding.
 _ZERO = 1e-9
@@ -36,9 +37,9 @@ def load_problems(scene: Scene) -> list[str]:
     """
     problems = []
     for k, spec in enumerate(scene.analyses):
-        if isinstance(spec, RunUpSpec) and spec.gravity_m_per_s2 is not None:
+        if spec.kind == "run_up" and spec.gravity_m_per_s2 is not None:
             free = _free_motions(scene, _at_rest)
-        elif isinstance(spec, StaticSpec):
+        elif spec.kind == "static":
             free = _free_motions(scene, _at_any_speed)
             pushed = free.pushed_by(scene, spec.forces)
             problems += [f"analyses[{k}].forces: nothing holds {pushed}"] if pushed else []
@@ -55,8 +56,12 @@ def refuse_unsupported(scene: Scene, system: AssembledSystem) -> None:
 
     Raises AnalysisError: something falls.
     """
+    from solidwhirl.rotordyn.modes.free_motions import unsupported_bodies
+
     for at, spec in enumerate(scene.analyses):
-        gravity = spec.gravity_m_per_s2 if isinstance(spec, RunUpSpec | StaticSpec) else None
+        if spec.kind != "run_up" and spec.kind != "static":
+            continue
+        gravity = spec.gravity_m_per_s2
         for axis, pull in zip("xyz", np.diag(gravity or (0.0, 0.0, 0.0)), strict=True):
             free = unsupported_bodies(system, pull) if pull.any() else ()
             if free:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import shutil
 import threading
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -13,11 +14,12 @@ from typing import Any
 from solidwhirl.cache.files import MemoryStore, StageStore
 from solidwhirl.core.errors import USER_ERRORS, KeyPath, SceneError, UserError
 from solidwhirl.core.stages import Stage, silent
+from solidwhirl.model.imported_bodies import files_of
 from solidwhirl.pipeline.cached_stages import StageCache
 from solidwhirl.reduced_scene import ReducedScene, reduce_scene
 from solidwhirl.rotordyn.core.atomic import replacing
 from solidwhirl.scene.records import Scene
-from solidwhirl.scene_reading.reader import parse_scene, parse_toml, read_bytes
+from solidwhirl.scene_reading.reader import files_named, parse_scene, parse_toml, read_bytes
 from solidwhirl.scene_reading.toml_numbers import with_numbers
 from solidwhirl.watch.newest import Newest
 from solidwhirl.watch.session import RESTS, Session, Shown, remarks_on
@@ -41,7 +43,7 @@ class _Read:
 
 
 class SceneFile:
-    """A file that is read again whenever it is saved.
+    """A file that is read again whenever it, or a file that it reads, is saved.
 
     `store`: folder where completed stages are kept.
     """
@@ -55,6 +57,7 @@ class SceneFile:
         self._follower = threading.Thread(target=self._follow, name="file", daemon=True)
         self._ended = threading.Event()
         self._rests = MemoryStore(most=RESTS)
+        self._beside: dict[Path, Any] = {}  # what other files were like when they were read
         self._last: _Read | None = None  # that is shown
         self._reduced: ReducedScene | None = None  # on the level of its scene
 
@@ -88,15 +91,16 @@ class SceneFile:
         return f"{len(numbers)} number{'s' * (len(numbers) > 1)} written to {self.path}"
 
     def _follow(self) -> None:
-        """Look at the file until the end; its content goes to the other thread when it changes."""
+        """Look at the files until the end; when one changes, the other thread gets the content."""
         seen, content, missing = None, b"", 0
         while True:
             try:
-                found = self.path.stat()
-                now = (found.st_mtime_ns, found.st_size, found.st_ino)
-                if now != seen:
+                now, beside = _mark(self.path.stat()), _marks(self._beside)
+                is_other = beside != self._beside
+                if now != seen or is_other:
                     fresh = read_bytes(self.path)
-                    if seen is None or missing > _MISSING or fresh != content:
+                    if seen is None or missing > _MISSING or fresh != content or is_other:
+                        self._beside = beside
                         self._reader.ask(fresh)
                     seen, content = now, fresh
                 missing = 0
@@ -113,7 +117,11 @@ class SceneFile:
         """Show what a content of the file says, or what is wrong in it."""
         try:
             data = parse_toml(content, self.path)
-            self._show(_Read(content=content, data=data, scene=parse_scene(data, self.path)))
+            self._beside = _marks(files_named(data, self.path.parent))
+            scene = parse_scene(data, self.path)
+            further = (file for spec in scene.imported.values() for file in files_of(spec))
+            self._beside = _marks(further) | self._beside
+            self._show(_Read(content=content, data=data, scene=scene))
         except _OutdatedError:
             return
         except Exception as error:
@@ -157,6 +165,22 @@ class SceneFile:
         if self._reader.is_outdated():
             raise _OutdatedError
         self._session.say_doing(str(event))
+
+
+def _mark(found: os.stat_result) -> tuple[int, ...]:
+    """What changes when a file is saved."""
+    return found.st_mtime_ns, found.st_size, found.st_ino
+
+
+def _marks(files: Iterable[Path]) -> dict[Path, tuple[int, ...] | None]:
+    """Marks of files; None of those that are not there."""
+    marks: dict[Path, tuple[int, ...] | None] = {}
+    for file in files:
+        try:
+            marks[file] = _mark(file.stat())
+        except OSError:
+            marks[file] = None
+    return marks
 
 
 def _as_beams(scene: Scene) -> Scene | None:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import ast
+import importlib
 import subprocess
 import sys
 from pathlib import Path
 
+import pytest
 from rotors import three_disk_element
 
 from solidwhirl.rotordyn import write_superelement
@@ -66,3 +68,30 @@ def test_only_known_libraries_are_named_in_the_sources():
                     assert source.parent.name == "plots" and node not in tree.body, source.name
                 if top == "solidwhirl":
                     assert f"{name}.".startswith("solidwhirl.rotordyn."), (source.name, name)
+
+
+@pytest.mark.parametrize("package", ["rotordyn", "rotordyn.superelement", "meshing"])
+def test_every_name_of_a_package_that_imports_later_is_there(package):
+    found = importlib.import_module(f"solidwhirl.{package}")
+    assert all(hasattr(found, name) for name in found.__all__)
+    assert set(found.__all__) <= set(dir(found))
+    with pytest.raises(AttributeError, match="has no attribute 'nonsense'"):
+        _ = found.nonsense
+
+
+def test_a_function_is_not_hidden_by_the_modules_of_its_name(tmp_path):
+    program = (
+        "from solidwhirl.rotordyn import assemble\n"
+        "import solidwhirl.rotordyn.campbell.tracking, solidwhirl.rotordyn.critical_speeds.search\n"
+        "from solidwhirl.rotordyn import campbell, critical_speeds\n"
+        "print(campbell.__name__, critical_speeds.__name__)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", program],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+        cwd=tmp_path,
+    )
+    assert done.stdout == "campbell critical_speeds\n", done.stderr

@@ -15,7 +15,6 @@ from solidwhirl.core.plain_data import Labels
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.plots.chart import Axis, Bars, Chart, Curve, Look
-from solidwhirl.rotordyn.superelement.invariants import compared
 
 Document = Mapping[str, Any]
 _CHECK = "levels agree within their estimates"
@@ -53,6 +52,8 @@ class LevelComparisonSpec(base.Analysis):
 
     def run(self, engine: base.Engine) -> Outcome:
         """Reduce the bodies on the other level and compute the engine with them."""
+        from solidwhirl.rotordyn.superelement.invariants import compared
+
         own, other = engine.levels(self.level)
         rows = (
             []

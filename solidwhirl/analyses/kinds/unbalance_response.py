@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import chain
-from typing import Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -31,26 +31,13 @@ from solidwhirl.core.blocks import AnalysisBlock, Table, numbers
 from solidwhirl.core.fields import MOST, Count, Positive
 from solidwhirl.core.outcome import MOST_CURVES, MOST_ORBITS, Outcome, PageSection
 from solidwhirl.core.plain_data import Labelled, Labels
-from solidwhirl.rotordyn import AssembledSystem, End
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
-from solidwhirl.rotordyn.plots.campbell import error_words
 from solidwhirl.rotordyn.plots.chart import Chart, operating_toggle
-from solidwhirl.rotordyn.plots.response import (
-    ExciterCurves,
-    Peak,
-    amplitude_chart,
-    force_chart,
-    orbit_chart,
-    phase_chart,
-)
-from solidwhirl.rotordyn.response.orbits import elliptic_orbits
-from solidwhirl.rotordyn.response.unbalance import (
-    ExciterResponse,
-    Unbalance,
-    orbit_peaks,
-    resolving_speeds,
-    unbalance_response,
-)
+
+if TYPE_CHECKING:
+    from solidwhirl.rotordyn import AssembledSystem, End
+    from solidwhirl.rotordyn.plots.response import ExciterCurves
+    from solidwhirl.rotordyn.response.unbalance import ExciterResponse, Unbalance
 
 # Speeds at which it is checked by other means, where bearings follow the speed.
 _CHECKED = 100.0
@@ -104,6 +91,8 @@ class UnbalanceResponseSpec(base.Sweep):
 
     def run(self, engine: base.Engine) -> Outcome:
         """Unbalance response over the speed at the places that the engine observes."""
+        from solidwhirl.rotordyn.response.unbalance import resolving_speeds, unbalance_response
+
         unbalances = [unbalance_of(u) for u in self.unbalances]
         speeds = resolving_speeds(engine.system, unbalances, self.speeds_rad_s)
         response = unbalance_response(engine.system, unbalances, speeds)
@@ -144,6 +133,9 @@ class UnbalanceResponseSpec(base.Sweep):
         self, engine: base.Engine, places: list[str], speeds_rpm: list[float]
     ) -> list[Chart]:
         """Orbits of some places at exactly these speeds."""
+        from solidwhirl.rotordyn.plots.response import ExciterCurves, orbit_chart
+        from solidwhirl.rotordyn.response.unbalance import unbalance_response
+
         unbalances = [unbalance_of(u) for u in self.unbalances]
         speeds = [rpm * RAD_S_PER_RPM for rpm in speeds_rpm]
         found = unbalance_response(engine.system, unbalances, speeds)
@@ -161,6 +153,8 @@ class UnbalanceResponseSpec(base.Sweep):
 
     def blocks(self, found: base.Found) -> Sequence[AnalysisBlock]:
         """Unbalances, motion and forces over the speed, orbits and peaks."""
+        from solidwhirl.rotordyn.plots.response import force_chart, orbit_chart
+
         exciters = exciters_of(found.document)
         amplitude, phase = _motion_charts(exciters)
         drawn = [amplitude]
@@ -240,6 +234,9 @@ def _exciter_document(
     system: AssembledSystem,
     unbalances: list[Unbalance],
 ) -> dict[str, Any]:
+    from solidwhirl.rotordyn.response.orbits import elliptic_orbits
+    from solidwhirl.rotordyn.response.unbalance import orbit_peaks
+
     ratio = exciter.frequency_ratio
     moving = exciter.frequencies_rad_s > 0.0
     documents, peaks = {}, {}
@@ -277,6 +274,8 @@ def _exciter_document(
 
 def exciters_of(document: Mapping[str, Any]) -> list[ExciterCurves]:
     """Return the curves of an unbalance response from its document."""
+    from solidwhirl.rotordyn.plots.response import ExciterCurves, Peak
+
     return [
         ExciterCurves(
             bodies=e["bodies"],
@@ -299,14 +298,20 @@ def _at_places(exciters: Sequence[ExciterCurves], places: list[str]) -> list[Exc
 
 
 def _motion_charts(exciters: Sequence[ExciterCurves]) -> list[Chart]:
+    from solidwhirl.rotordyn.plots.response import amplitude_chart, phase_chart
+
     return [amplitude_chart(exciters), phase_chart(exciters)]
 
 
 def _force_charts(exciters: Sequence[ExciterCurves]) -> list[Chart]:
+    from solidwhirl.rotordyn.plots.response import force_chart
+
     return [force_chart(exciters)]
 
 
 def _peak_text(peak: Mapping[str, Any]) -> str:
+    from solidwhirl.rotordyn.plots.campbell import error_words
+
     words = [f"{peak['frequency_hz']:.6g} Hz"]
     if peak["amplification"] is not None:
         words.append(f"amplification factor {peak['amplification']:.3g}")

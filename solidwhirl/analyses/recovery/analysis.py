@@ -5,34 +5,22 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
 from solidwhirl.analyses.base import Analysis, Engine, Found, Scalars
-from solidwhirl.analyses.recovery.fields import (
-    Asked,
-    Recovered,
-    bodies_of,
-    path_of,
-    state_files,
-    written,
-)
-from solidwhirl.analyses.recovery.states import (
-    MOST_STATES,
-    SPIN,
-    EngineState,
-    RecoveryStateSpec,
-    engine_states,
-)
+from solidwhirl.analyses.recovery.records import MOST_STATES, SPIN, RecoveryStateSpec
 from solidwhirl.core.blocks import AnalysisBlock, CutBodies, Table, numbers
 from solidwhirl.core.fields import MOST, Name, alike_in_files
 from solidwhirl.core.outcome import Outcome, PageSection, Write
-from solidwhirl.files.vtk_files import write_pvd
-from solidwhirl.rotordyn import Invariant
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.plots.chart import Axis, Bars, Chart, Look
-from solidwhirl.rotordyn.superelement.invariants import compared
+
+if TYPE_CHECKING:
+    from solidwhirl.analyses.recovery.fields import Recovered
+    from solidwhirl.analyses.recovery.states import EngineState
+    from solidwhirl.rotordyn import Invariant
 
 Document = Mapping[str, Any]
 # Nearly rigid motion strains a body so little that rounding counts: this part of the energy that
@@ -94,6 +82,16 @@ class RecoverySpec(Analysis):
 
     def run(self, engine: Engine) -> Outcome:
         """Recover the states that are asked for; AnalysisError if one does not exist."""
+        from solidwhirl.analyses.recovery.fields import (
+            Asked,
+            bodies_of,
+            path_of,
+            state_files,
+            written,
+        )
+        from solidwhirl.analyses.recovery.states import engine_states
+        from solidwhirl.files.vtk_files import write_pvd
+
         wanted = Asked(self.label, self.bodies, "stress" in self.quantities, self.sectors)
         documents: list[dict[str, Any]] = []
         files: dict[str, Write] = {}
@@ -151,6 +149,8 @@ class RecoverySpec(Analysis):
 
 def _energy_check(label: str, found: Recovered) -> Invariant:
     """½ ∫ σ:ε of the field against ½ qᴴ K q, relative."""
+    from solidwhirl.rotordyn.superelement.invariants import compared
+
     field, known = (found.document[key] for key in ("strain_energy_of_field_j", "strain_energy_j"))
     error = abs(field - known) / max(abs(known), abs(field), _SMALL * found.elastic_j, 1e-300)
     found.document["strain_energy_error"] = error
@@ -216,6 +216,7 @@ def stress_chart(states: Sequence[Document]) -> Chart:
 
 def _cut_bodies(found: Found, states: Sequence[Document]) -> list[CutBodies]:
     """The first states in space, from their files."""
+    from solidwhirl.analyses.recovery.fields import path_of
     from solidwhirl.files.cut_fields import cut_body
 
     files = found.outcome.files

@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from solidwhirl.analyses.recovery.states import SPIN, EngineState
+from solidwhirl.analyses.recovery.records import SPIN
+from solidwhirl.analyses.recovery.states import EngineState
 from solidwhirl.core.outcome import Write
 from solidwhirl.files.vtk_files import Grid, write_pvd, write_vtu
 from solidwhirl.rotordyn import AnalysisError, AssembledSystem, Superelement

@@ -4,26 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from solidwhirl.analyses.base import Analysis, Sweep, number_text
 from solidwhirl.analyses.kinds.run_up import RunUpSpec
 from solidwhirl.analyses.kinds.unbalance_response import UnbalanceResponseSpec
+from solidwhirl.analyses.recovery.records import SPIN, RecoveryStateSpec
 from solidwhirl.analyses.unbalances import end_of, unbalance_of
-from solidwhirl.core.fields import (
-    Count,
-    FileName,
-    Name,
-    NotNegative,
-    Place,
-    Positive,
-    Record,
-    several,
-)
 from solidwhirl.rotordyn import AnalysisError, AssembledSystem, End, modes_at_speed
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
 from solidwhirl.rotordyn.response.harmonic_response import harmonic_response, independent_loads
@@ -38,85 +28,6 @@ from solidwhirl.rotordyn.response.unbalance_peaks import resonance_peaks, summit
 from solidwhirl.rotordyn.run_up.integration import run_up
 from solidwhirl.rotordyn.run_up.record import MotionState, RunUp
 from solidwhirl.rotordyn.run_up.speed_profile import SpeedProfile, ramp_and_hold
-
-MOST_STATES, _MOST_TIMES, _MOST_PHASES = 50, 500, 120
-_SOURCES = ("mode", "response", "run_up")
-#: Source of a state that has a speed alone.
-SPIN = "spin"
-
-
-class RecoveryStateSpec(Record):
-    """A mode, a response, one or several instants of a run-up, or steady spin: a speed alone."""
-
-    name: FileName | None = None
-    mode: Annotated[Count, Field(le=200)] | None = None
-    amplitude_m: Positive | None = None
-    response: Name | None = None
-    run_up: Name | None = None
-    speed_rpm: NotNegative | None = None
-    time_s: Annotated[
-        tuple[Positive, ...] | None,
-        Field(min_length=1, max_length=_MOST_TIMES),
-        BeforeValidator(several),
-        WithJsonSchema(
-            {"anyOf": [{"type": "number"}, {"type": "array", "items": {"type": "number"}}]}
-        ),
-    ] = None
-    peak: Place | None = None
-    between_rpm: tuple[NotNegative, Positive] | None = None
-    phases: Annotated[int, Field(ge=0, le=_MOST_PHASES, strict=True)] = 0
-
-    @model_validator(mode="after")
-    def _one_source(self) -> RecoveryStateSpec:
-        given = [key for key in _SOURCES if getattr(self, key) is not None]
-        if len(given) > 1 or not (given or self.speed_rpm is not None):
-            raise ValueError(
-                f"a state is one of {', '.join(_SOURCES)}, or speed_rpm alone; found "
-                f"{', '.join(given) or 'none'}"
-            )
-        source = given[0] if given else SPIN
-        needed = {
-            "mode": ("speed_rpm",),
-            "response": ("speed_rpm", "peak"),
-            "run_up": ("time_s", "peak"),
-            SPIN: ("speed_rpm",),
-        }[source]
-        places = [k for k in ("speed_rpm", "time_s", "peak") if getattr(self, k) is not None]
-        if len(places) != 1 or places[0] not in needed:
-            found = ", ".join(places) or "neither"
-            raise ValueError(f"{source} needs {' or '.join(needed)}; found {found}")
-        if self.amplitude_m is not None and self.mode is None:
-            raise ValueError("amplitude_m belongs to a mode; other states have their own amplitude")
-        if self.between_rpm is not None:
-            if self.peak is None:
-                raise ValueError("between_rpm belongs to peak")
-            if self.between_rpm[1] <= self.between_rpm[0]:
-                raise ValueError("the second of between_rpm must be higher")
-        if self.phases and self.run_up is not None:
-            raise ValueError("phases belongs to vibrations; a run-up has instants: give time_s")
-        if self.phases and source == SPIN:
-            raise ValueError("phases belongs to vibrations; steady spin has none")
-        if self.time_s is not None and list(self.time_s) != sorted(set(self.time_s)):
-            raise ValueError("time_s must be rising")
-        return self
-
-    @property
-    def is_spin(self) -> bool:
-        """Whether nothing moves but the spin."""
-        return all(getattr(self, key) is None for key in _SOURCES)
-
-    @property
-    def label(self) -> str:
-        """Name in results and file names."""
-        if self.name is not None:
-            return self.name
-        if self.mode is not None:
-            return f"mode{self.mode}_{number_text(self.speed_rpm or 0.0)}rpm"
-        of = self.response or self.run_up or SPIN
-        if self.peak is not None:
-            return f"{of}_peak"
-        return f"{of}_{number_text(self.speed_rpm)}rpm" if self.speed_rpm is not None else str(of)
-
 
 # Largest displacement of a mode whose amplitude nobody gave.
 _MODE_AMPLITUDE_M = 1e-3

@@ -7,6 +7,10 @@ import gzip
 from collections.abc import Sequence
 from functools import cache
 
+from solidwhirl.cache.codec import fingerprint
+from solidwhirl.cache.files import StageStore
+from solidwhirl.core.machine import user_cache
+from solidwhirl.core.stages import silent
 from solidwhirl.page.frame import render
 from solidwhirl.page.frame.assets import asset, environment, plotly_file
 from solidwhirl.page.frame.records import Block, Chart, ModeViewer, Section
@@ -51,6 +55,15 @@ def _scripts(blocks: Sequence[Block]) -> list[str]:
 
 @cache
 def _plotly() -> str:
-    """The drawing library, compressed, which takes a third of its size."""
-    packed = gzip.compress(plotly_file().read_bytes(), compresslevel=6, mtime=0)
+    """The drawing library, compressed, which takes a third of its size.
+
+    Compressing takes longer than the rest of a page: the user's cache folder keeps it.
+    """
+    source, store = plotly_file().read_bytes(), StageStore(user_cache() / "page")
+    key = fingerprint(["plotly, compressed", source])
+    packed: bytes | None = store.find(key, silent)
+    if packed is None:
+        packed = gzip.compress(source, compresslevel=6, mtime=0)
+        store.keep(key, "plotly, compressed", packed, silent)
+        store.prune(0)
     return base64.b64encode(packed).decode("ascii")

@@ -8,7 +8,8 @@ import pytest
 from engine_parts import RIGID
 from results_read import results_in
 
-from solidwhirl.analyses.recovery.states import RecoveryStateSpec, engine_states
+from solidwhirl.analyses.recovery.records import RecoveryStateSpec
+from solidwhirl.analyses.recovery.states import engine_states
 from solidwhirl.core.blocks import CutBodies
 from solidwhirl.core.errors import SceneError
 from solidwhirl.output.documents import write_results

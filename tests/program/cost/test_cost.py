@@ -286,3 +286,26 @@ def test_a_calibration_is_kept_by_machine(tmp_path, monkeypatch):
     assert this_machine().calibrated
     path.write_text("{", encoding="utf-8")
     assert not this_machine().calibrated
+
+
+def test_modes_are_sought_at_every_frequency_of_a_table(planned, small_scene):
+    """A diagram takes an eigenproblem for each, the search for critical speeds none more."""
+    rows = [[1e7, 1e7], [2e7, 2e7]]
+
+    def stages(frequencies):
+        law = {
+            "kind": "frequency_table", "speed_rpm": [0, 20000], "frequency_hz": frequencies,
+            "stiffness_n_per_m": [[r for _ in frequencies] for r in rows],
+            "damping_n_s_per_m": [[[1e3, 1e3] for _ in frequencies] for _ in rows],
+        }  # fmt: skip
+        data = {**small_scene(), "speed_laws": {"seal": law}}
+        data["bearings"] = [
+            {k: v for k, v in b.items() if "stiffness" not in k} | {"speed_law": "seal"}
+            for b in data["bearings"]
+        ]
+        scene, bodies, plan = planned(data, level="harmonic")
+        return predict_cost(plan, scene, bodies, modes={"rotor": MODES}).whole.seconds
+
+    few, many = stages([0.0, 100.0]), stages([0.0, 100.0, 200.0, 300.0])
+    assert many["campbell"] > 1.5 * few["campbell"]
+    assert many["critical_speeds"] == pytest.approx(few["critical_speeds"])

@@ -8,7 +8,7 @@ import re
 import pytest
 from beam_scene import beam_scene, margins
 
-from solidwhirl.output.documents import plan_document
+from solidwhirl.output.plan_documents import plan_document
 from solidwhirl.output.plan_text import plan_text
 from solidwhirl.pipeline.run import make_plan
 from solidwhirl.scene_checks.speeds_asked import speeds_beyond, top_speed, top_speed_text

@@ -106,6 +106,27 @@ def test_edits_are_followed_and_errors_told_at_their_line(watched, scene_path):
         assert speed in found
 
 
+def test_a_table_of_a_bearing_in_a_file_of_its_own_is_followed(watched, scene_path):
+    table = scene_path.with_name("maker.csv")
+    head = "speed_rpm,kxx_n_per_m,kyy_n_per_m,cxx_n_s_per_m,cyy_n_s_per_m\n"
+    _save(table, head + "0,1e7,1e7,500,500\n30000,2e7,2e7,500,500\n")
+    text = SCENE.replace('"rotor.b"\nstiffness_n_per_m = 1e7', '"rotor.b"\nspeed_law = "maker"')
+    _save(scene_path, text + '\n[speed_laws.maker]\nkind = "file"\nfile = "maker.csv"\n')
+    _, told = watched(scene_path)
+    first = told.wait("picture", _whole)["critical_speeds"]
+
+    _save(table, head + "0,1e7\n")
+    (problem,) = told.wait("problems", lambda m: m["problems"])["problems"]
+    assert problem["text"].startswith("speed_laws.maker.file: ")
+
+    _save(table, head + "0,3e6,3e6,500,500\n30000,4e6,4e6,500,500\n")
+    assert told.wait("problems")["problems"] == []
+    found = told.wait("picture", _whole)["critical_speeds"]
+    assert found != first
+    for speed in _speeds(read_scene(scene_path)):
+        assert speed in found
+
+
 def test_a_file_that_is_gone_is_told_and_taken_up_again(watched, scene_path):
     _, told = watched(scene_path)
     told.wait("picture", _whole)
@@ -205,8 +226,9 @@ def test_beams_come_before_the_bodies_of_the_scene_then_error_bands(watched, tmp
     found = told.wait("picture", lambda m: not m["preliminary"])
     assert found["stage"] == "waiting" and "error" not in found["critical_speeds"]
     assert "estimated error" in told.wait("picture", _whole)["critical_speeds"]
-    named = "analyses (unbalance_response, level_comparison, stress)"
-    assert named in " ".join(told.last("scene")["remarks"])
+    assert "analyses (unbalance_response, level_comparison, recovery)" in " ".join(
+        told.last("scene")["remarks"]
+    )
     # another support needs no beams
     _save(path, path.read_text().replace("[8e6, 0.0]", "[7e6, 0.0]"))
     assert not told.wait("picture")["preliminary"]
