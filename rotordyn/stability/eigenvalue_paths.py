@@ -39,6 +39,7 @@ from solidwhirl.rotordyn.core.dense import (
     reciprocal,
     scale_by_stiffness,
     sharpened,
+    uncoupled,
 )
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.ledger import solved
@@ -172,25 +173,19 @@ def blocks_of(assembled: AssembledSystem, speed_low: float, speed_high: float) -
         groups = _uncoupled(assembled, np.arange(assembled.size))
         found = [_real_block(assembled, group) for group in groups]
     else:
-        found = [_lateral_block(form)]
+        found = _lateral_blocks(form)
         found += [_real_block(assembled, group) for group in _uncoupled(assembled, form.rest)]
     return [prepared(b, assembled.body_rate, speed_low, speed_high) for b in found]
 
 
 def _uncoupled(assembled: AssembledSystem, among: IntArray) -> list[IntArray]:
     """Return the groups of coordinates that no entry of any matrix joins."""
-    joined = np.zeros((assembled.size, assembled.size), dtype=bool)
-    for name in ("mass", "stiffness", "gyroscopic", "centrifugal_stiffness", "damping"):
-        joined |= getattr(assembled, name) != 0
-    joined |= assembled.circulatory_stiffness != 0
-    for joint in assembled.law_joints:
-        moved = (joint.motion != 0).any(axis=0)
-        joined |= np.outer(moved, moved)
-    block = joined[np.ix_(among, among)]
-    if not among.size:
-        return []
-    count, label = scipy.sparse.csgraph.connected_components(block, directed=False)
-    return [among[label == k] for k in range(count)]
+    block = np.ix_(among, among)
+    names = ("mass", "stiffness", "gyroscopic", "centrifugal_stiffness", "damping")
+    joined = [getattr(assembled, name)[block] for name in (*names, "circulatory_stiffness")]
+    moved = [joint.motion[:, among].any(axis=0) for joint in assembled.law_joints]
+    groups = uncoupled(*joined, *(np.outer(touched, touched) for touched in moved))
+    return [among[group] for group in groups]
 
 
 def _real_block(assembled: AssembledSystem, group: IntArray) -> Block:
@@ -208,20 +203,36 @@ def _real_block(assembled: AssembledSystem, group: IntArray) -> Block:
     return Block(mass=assembled.mass[at_group], at=at, slopes=slopes)
 
 
-def _lateral_block(form: ComplexForm) -> Block:
+def _lateral_blocks(form: ComplexForm) -> list[Block]:
+    """Return the blocks of the complex coordinates that nothing joins."""
+    constant = (form.mass, form.stiffness, form.centrifugal_stiffness, form.damping)
+    moved = [law.motion != 0 for law in form.laws]
+    groups = uncoupled(
+        *constant,
+        form.gyroscopic,
+        form.circulatory,
+        *(np.outer(touched, touched) for touched in moved),
+    )
+    return [_lateral_block(form, group) for group in groups]
+
+
+def _lateral_block(form: ComplexForm, group: IntArray) -> Block:
+    at_group = np.ix_(group, group)
+    first, second = form.first[group], form.second[group]
+
     def at(speed: float) -> Coefficients:
         found = form.at_speed(speed)
-        return Coefficients(found.velocity, found.stiffness)
+        return Coefficients(found.velocity[at_group], found.stiffness[at_group])
 
     def turned(matrix: FloatArray) -> ComplexArray:
-        along, across = (matrix[np.ix_(form.first, c)] for c in (form.first, form.second))
-        return np.asarray(along - 1j * across * form.second_sign)
+        along, across = (matrix[np.ix_(first, c)] for c in (first, second))
+        return np.asarray(along - 1j * across * form.second_sign[group])
 
     def slopes(speed: float, side: Side) -> Coefficients:
         change = speed_derivative(form.assembled, speed, side)
         return Coefficients(turned(change.velocity), turned(change.stiffness))
 
-    return Block(mass=form.mass, at=at, slopes=slopes)
+    return Block(mass=form.mass[at_group], at=at, slopes=slopes)
 
 
 def prepared(block: Block, body_rate: float, low: float, high: float) -> Block:
