@@ -156,13 +156,13 @@ def run_up(
     φ, sin φ) + ω' (sin φ, −cos φ)] on each body, ω = ratio Ω, φ = ratio ∫Ω dt + phase.
 
     `profile`: Ω(t) of the reference shaft; its breakpoints must be whole steps. `unbalances`: may
-    be empty. `known`: parts of other models of the same machine, run with the same arguments from rest: what
-    is the same is taken from there, and what is not put there. `settings`: fields of `RunSettings`,
-    of which `step_s` must be given. At a breakpoint forces are those just before it. A run that diverges stops: where a mode grows and an interface
-    has moved by more than the length of the longest body. Its profile, times and records end
-    there. Raises AnalysisError if an argument has no meaning, or the step is too long for the
-    profile or the unbalance; AssemblyError if a body or interface does not exist or lacks a
-    component.
+    be empty. `known`: parts of other models of the same machine, run with the same arguments from
+    rest: what is the same is taken from there, what is not is put there. `settings`: fields of
+    `RunSettings`, of which `step_s` must be given. At a breakpoint forces are those just before it.
+    A run that diverges stops: where a mode grows and an interface has moved by more than the length
+    of the longest body. Its profile, times and records end there. Raises AnalysisError if an
+    argument has no meaning, or the step is too long for the profile or the unbalance; AssemblyError
+    if a body or interface does not exist or lacks a component.
 
     In a block of steps Ω is frozen at its middle (exponential midpoint rule, the Magnus method of
     second order: Hochbruck and Ostermann 2010, Acta Numerica 19, section 5; Iserles, Munthe-Kaas,
@@ -217,6 +217,14 @@ def run_up(
 
 def _time(stopped: Divergence) -> float:
     return stopped.time_s
+
+
+def _motion(runs: Sequence[PartRun]) -> RecordedMotion:
+    """Return the motion and the forces of all parts."""
+    first, *others = (run.motion for run in runs)
+    return RecordedMotion(
+        *(sum(of_parts[1:], of_parts[0]) for of_parts in zip(first, *others, strict=True))
+    )
 
 
 def _energy(runs: Sequence[PartRun]) -> EnergyBalance:

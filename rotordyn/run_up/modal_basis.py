@@ -100,8 +100,9 @@ class ModalPart(NamedTuple):
 def modal_parts(assembled: AssembledSystem, among: IntArray | None = None) -> tuple[ModalPart, ...]:
     """Return the parts of a system that move by themselves, each with its modes at rest.
 
-    `among`: parts of these coordinates; None for all. Axial motion and torsion beside lateral motion, and shafts that only meet in a casing that is
-    held. Nothing is truncated. Raises AnalysisError if M is not positive definite.
+    `among`: parts of these coordinates; None for all. Axial motion and torsion beside lateral
+    motion, and shafts that only meet in a casing that is held. Nothing is truncated. Raises
+    AnalysisError if M is not positive definite.
     """
     every = np.eye(assembled.size)
     groups = independent_coordinates(assembled)

@@ -43,7 +43,7 @@ from solidwhirl.rotordyn.core.dense import (
 )
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.ledger import solved
-from solidwhirl.rotordyn.modes.complex_form import ComplexForm, complex_form
+from solidwhirl.rotordyn.modes.complex_form import ComplexForm, complex_form, lateral_parts
 from solidwhirl.rotordyn.modes.damping import NEUTRAL
 
 # Eigenvalues of K over M below this fraction of the largest do not set the shift.
@@ -173,7 +173,7 @@ def blocks_of(assembled: AssembledSystem, speed_low: float, speed_high: float) -
         groups = _uncoupled(assembled, np.arange(assembled.size))
         found = [_real_block(assembled, group) for group in groups]
     else:
-        found = _lateral_blocks(form)
+        found = [_lateral_block(form.part(group)) for group in lateral_parts(form)]
         found += [_real_block(assembled, group) for group in _uncoupled(assembled, form.rest)]
     return [prepared(b, assembled.body_rate, speed_low, speed_high) for b in found]
 
@@ -203,36 +203,20 @@ def _real_block(assembled: AssembledSystem, group: IntArray) -> Block:
     return Block(mass=assembled.mass[at_group], at=at, slopes=slopes)
 
 
-def _lateral_blocks(form: ComplexForm) -> list[Block]:
-    """Return the blocks of the complex coordinates that nothing joins."""
-    constant = (form.mass, form.stiffness, form.centrifugal_stiffness, form.damping)
-    moved = [law.motion != 0 for law in form.laws]
-    groups = uncoupled(
-        *constant,
-        form.gyroscopic,
-        form.circulatory,
-        *(np.outer(touched, touched) for touched in moved),
-    )
-    return [_lateral_block(form, group) for group in groups]
-
-
-def _lateral_block(form: ComplexForm, group: IntArray) -> Block:
-    at_group = np.ix_(group, group)
-    first, second = form.first[group], form.second[group]
-
+def _lateral_block(form: ComplexForm) -> Block:
     def at(speed: float) -> Coefficients:
         found = form.at_speed(speed)
-        return Coefficients(found.velocity[at_group], found.stiffness[at_group])
+        return Coefficients(found.velocity, found.stiffness)
 
     def turned(matrix: FloatArray) -> ComplexArray:
-        along, across = (matrix[np.ix_(first, c)] for c in (first, second))
-        return np.asarray(along - 1j * across * form.second_sign[group])
+        along, across = (matrix[np.ix_(form.first, c)] for c in (form.first, form.second))
+        return np.asarray(along - 1j * across * form.second_sign)
 
     def slopes(speed: float, side: Side) -> Coefficients:
         change = speed_derivative(form.assembled, speed, side)
         return Coefficients(turned(change.velocity), turned(change.stiffness))
 
-    return Block(mass=form.mass[at_group], at=at, slopes=slopes)
+    return Block(mass=form.mass, at=at, slopes=slopes)
 
 
 def prepared(block: Block, body_rate: float, low: float, high: float) -> Block:

@@ -15,8 +15,11 @@ from solidwhirl.rotordyn.core.ledger import SYSTEMS
 from solidwhirl.rotordyn.critical_speeds.search import count_critical_speeds
 from solidwhirl.rotordyn.critical_speeds.whirl_pencils import Pencil
 from solidwhirl.rotordyn.modes.nearby import nearby_modes
+from solidwhirl.rotordyn.response.unbalance import Unbalance, unbalance_response
+from solidwhirl.rotordyn.run_up import complexity, integration
+from solidwhirl.rotordyn.run_up.speed_profile import ramp_and_hold
 
-LAW = polynomial_law((1.0, -3e-4, 2e-7), (1.0,), (1.0, -3e-4, 2e-7), top=2000.0)
+LAW = polynomial_law((1.0, -3e-4, 2e-7), (1.0, -3e-4, 2e-7), top=2000.0)
 SPEED = 700.0
 
 
@@ -69,7 +72,9 @@ def test_eigenvalues_of_shafts_are_those_of_the_whole(across, monkeypatch):
     solve = la.eig
     monkeypatch.setattr(la, "eig", lambda m, **how: sizes.append(len(m)) or solve(m, **how))
     rd.modes_at_speed(system, SPEED)
-    assert sizes == [2 * size for size in groups_of(system)]
+    # half of it in complex coordinates
+    states = 1 if across == 1.0 else 2
+    assert sizes == [states * size for size in groups_of(system)]
     monkeypatch.setattr(dense, "uncoupled", lambda *m: [np.arange(len(m[0]))])
     whole = rd.modes_at_speed(system, SPEED)
     np.testing.assert_allclose(found.eigenvalues, whole.eigenvalues, rtol=1e-11)
@@ -78,14 +83,13 @@ def test_eigenvalues_of_shafts_are_those_of_the_whole(across, monkeypatch):
 def test_critical_speeds_of_shafts_are_those_of_the_whole(monkeypatch):
     system = engine()
     found = rd.critical_speeds(system, 1.0, 1500.0)
-    count = count_critical_speeds(system, 1.0, 1500.0)
+    counted = count_critical_speeds(system, 1.0, 1500.0).count
     monkeypatch.setattr(dense, "uncoupled", lambda *m: [np.arange(len(m[0]))])
     monkeypatch.setattr(Pencil, "apart", lambda pencil: [pencil])
     again = engine()
     whole = rd.critical_speeds(again, 1.0, 1500.0)
-    assert (
-        len(found) == len(whole) == count_critical_speeds(again, 1.0, 1500.0).count == count.count
-    )
+    assert len(found) == len(whole) == counted
+    assert count_critical_speeds(again, 1.0, 1500.0).count == counted
     for one, other in zip(found, whole, strict=True):
         assert one.whirl == other.whirl
         np.testing.assert_allclose(one.speed_rad_s, other.speed_rad_s, rtol=1e-10)
@@ -111,3 +115,42 @@ def test_nearby_modes_are_found_in_what_they_move():
             moved = [bool(shape[group].any()) for group in at]
             assert sum(moved) == 1
             assert np.abs(modes.eigenvalues - value).min() <= 1e-10 * abs(value)
+
+
+UNBALANCES = (
+    Unbalance(body="one", interface="middle", moment_kg_m=1e-4),
+    Unbalance(body="two", interface="middle", moment_kg_m=2e-4, phase_rad=0.7),
+)
+
+
+def test_models_share_the_run_ups_of_what_is_the_same_in_them(monkeypatch):
+    """Each shaft flexible and rigid once; the force in the foot is that of each model alone."""
+    full = engine()
+    names = [[], ["one"], ["two"], ["one", "two"]]
+    variants = {str(own): complexity.rigid_bodies_system(full, own) for own in names}
+    profile = ramp_and_hold(500.0, 0.1, 0.06)
+    settings = {"step_s": 2e-4, "bearing": "foot", "bands_hz": [(15.0, 80.0)]}
+    runs = []
+    solve = integration._integrated
+    monkeypatch.setattr(
+        integration, "_integrated", lambda *own, **how: runs.append(own) or solve(*own, **how)
+    )
+    shared = complexity.compare_complexity(variants, profile, UNBALANCES, **settings)
+    assert len(runs) == 4
+    for name, system in variants.items():
+        alone = complexity.compare_complexity({name: system}, profile, UNBALANCES, **settings)
+        at = shared.names.index(name)
+        np.testing.assert_allclose(shared.peak_force_n[at], alone.peak_force_n[0], rtol=1e-9)
+    assert len(runs) == 4 + 2 * len(variants)
+
+
+def test_response_is_solved_in_the_shaft_that_is_loaded():
+    """One shaft alone, as if the other were not there."""
+    system, speeds = engine(), np.array([0.0, 200.0, SPEED])
+    both = unbalance_response(system, UNBALANCES, speeds)
+    for exciter, unbalance in zip(both.exciters, UNBALANCES, strict=True):
+        (alone,) = unbalance_response(engine(between=1e-300), [unbalance], speeds).exciters
+        size = np.nanmax(np.abs(alone.translation_m))
+        np.testing.assert_allclose(
+            exciter.translation_m, alone.translation_m, rtol=1e-9, atol=1e-12 * size
+        )
