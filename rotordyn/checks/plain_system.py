@@ -11,6 +11,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -194,8 +195,17 @@ def _add(total: FloatArray, size: FloatArray, rows: FloatArray, term: FloatArray
     size[at] += np.abs(own).T @ np.abs(term) @ np.abs(own)
 
 
-def _body(rotor: Rotor, spin_rad_s: float) -> tuple[list[FloatArray], ...]:
-    """Return the terms of M, V and K of a body at its own spin."""
+class _BodyTerms(NamedTuple):
+    """Matrices of a body that its speed multiplies: K, Kgeo − S and damping, None without."""
+
+    elastic: FloatArray
+    geometric: FloatArray
+    damping: FloatArray | None
+
+
+# a body is a record that never changes, looked at at many speeds
+@lru_cache(maxsize=32)
+def _body_terms(rotor: Rotor) -> _BodyTerms:
     element = rotor.element
     rigid = element.rigid_body_modes[:, element.rigid_body_present]
     # a free body has no elastic nor centrifugal force in rigid motion, but for rounding
@@ -205,17 +215,25 @@ def _body(rotor: Rotor, spin_rad_s: float) -> tuple[list[FloatArray], ...]:
         free = free - rigid @ la.solve(rigid.T @ momentum, momentum.T)
     elastic = free.T @ element.stiffness @ free
     geometric = free.T @ (element.stress_stiffening - element.spin_softening) @ free
-    velocity, stiffness = [spin_rad_s * element.gyroscopic], [elastic, spin_rad_s**2 * geometric]
     wanted = rotor.internal_damping
-    if wanted is not None:
-        damping = wanted.stiffness_coefficient_s * elastic
-        if wanted.modal_ratio:
-            squares, shapes = la.eigh(0.5 * (elastic + elastic.T), element.mass)
-            rate = 2.0 * wanted.modal_ratio * np.sqrt(np.maximum(squares, 0.0))
-            pushed = element.mass @ shapes
-            modal = (pushed * rate) @ pushed.T
-            # rigid motions have the root of a rounding as their frequency
-            damping = damping + free.T @ modal @ free
+    if wanted is None:
+        return _BodyTerms(elastic, geometric, None)
+    damping = wanted.stiffness_coefficient_s * elastic
+    if wanted.modal_ratio:
+        squares, shapes = la.eigh(0.5 * (elastic + elastic.T), element.mass)
+        rate = 2.0 * wanted.modal_ratio * np.sqrt(np.maximum(squares, 0.0))
+        pushed = element.mass @ shapes
+        modal = (pushed * rate) @ pushed.T
+        # rigid motions have the root of a rounding as their frequency
+        damping = damping + free.T @ modal @ free
+    return _BodyTerms(elastic, geometric, damping)
+
+
+def _body(rotor: Rotor, spin_rad_s: float) -> tuple[list[FloatArray], ...]:
+    """Return the terms of M, V and K of a body at its own spin."""
+    element, (elastic, geometric, damping) = rotor.element, _body_terms(rotor)
+    velocity, stiffness = [spin_rad_s * element.gyroscopic], [elastic, spin_rad_s**2 * geometric]
+    if damping is not None:
         velocity.append(damping)
         if spin_rad_s and element.spin_generator is not None:
             stiffness.append(-spin_rad_s * damping @ element.spin_generator)

@@ -39,7 +39,7 @@ def nearby_modes(
     Problems, section 5.1). Shapes that only move coordinates that nothing joins to others are
     found in these, and each in its own.
     """
-    groups = _moved_apart(matrices, shapes)
+    groups = moved_apart(matrices, shapes)
     if len(groups) == 1 and groups[0].coordinates.size == len(shapes):
         return _nearest_modes(matrices, rate, shapes)
     values, whole = np.zeros(shapes.shape[1], dtype=complex), np.zeros(shapes.shape, dtype=complex)
@@ -54,21 +54,21 @@ def nearby_modes(
     return values[order], whole[:, order]
 
 
-class _Moved(NamedTuple):
+class Moved(NamedTuple):
     """Coordinates that nothing joins to others, and the columns of the shapes that move them."""
 
     coordinates: IntArray
     columns: IntArray
 
 
-def _moved_apart(matrices: SpeedMatrices, shapes: ComplexArray) -> list[_Moved]:
+def moved_apart(matrices: SpeedMatrices, shapes: ComplexArray) -> list[Moved]:
     """Return the groups of shapes that move no coordinates in common."""
     groups = uncoupled(*matrices)
     moves = np.array([shapes[at].any(axis=0) for at in groups])
     out = []
     for columns in together((moves[:, :, None] & moves[:, None, :]).any(axis=0)):
         own = np.flatnonzero(moves[:, columns].any(axis=1))
-        out.append(_Moved(np.sort(np.concatenate([groups[k] for k in own])), columns))
+        out.append(Moved(np.sort(np.concatenate([groups[k] for k in own])), columns))
     return out
 
 
