@@ -118,7 +118,8 @@ def full_spectrum(matrices: PlainMatrices, shift: float) -> ComplexArray:
     parts = []
     for at in together(joined):
         block = np.ix_(at, at)
-        parts.append(_joined_spectrum(*(matrix[block] for matrix in matrices_of), shift))
+        mass, velocity, stiffness = (matrix[block] for matrix in matrices_of)
+        parts.append(_joined_spectrum(mass, velocity, stiffness, shift))
     return np.concatenate(parts)
 
 
