@@ -187,7 +187,7 @@ def run_up(
     known = {} if known is None else known
     runs = []
     for part in parts:
-        key = _key(assembled, part.coordinates)
+        key = (_key(assembled, part.coordinates), tuple(how.outputs), tuple(how.bearings))
         if key not in known:
             known[key] = run_of(profile, part)
         runs.append(known[key])
