@@ -188,8 +188,9 @@ def compare_complexity(
     diverged: dict[str, Divergence] = {}
     # models share the parts of the machine that are the same in them
     known = {} if full is None else dict(full.parts)
-    how = {"step_s": step_s, "record_every": record_every, "bearings": [bearing]}
-    run_of = partial(run_up, known=known, **how)
+    run_of = partial(
+        run_up, known=known, step_s=step_s, record_every=record_every, bearings=[bearing]
+    )
     for name, system in variants.items():
         if full is not None and not peaks:
             run, spent, _ = full
