@@ -40,7 +40,7 @@ def independent_coordinates(system: System, slices: Mapping[str, slice]) -> Floa
         if rotor.element.constraint is not None:
             rows = matrix[slices[name]]
             change = _tied(rows, rotor.element.constraint, strength)
-            matrix, strength = matrix @ change.motion, change.strength
+            matrix, strength = _product(matrix, change.motion), change.strength
     for gear in system.gears:
         matrix = _with_gear(Rows(system, slices, matrix), gear)
     if matrix.shape[1] == 0:
@@ -132,6 +132,15 @@ def _tied(rows: FloatArray, constraint: FloatArray, strength: FloatArray) -> _Ch
         solution, *_ = la.lstsq(forbidden[:, given_up], forbidden[:, kept])
         change[given_up] = -_cleaned(solution)
     return _Change(change, strength[kept])
+
+
+def _product(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Return a product with exact zeros where the terms of an entry cancel.
+
+    What rounding leaves there would couple bodies that only meet in one that is held.
+    """
+    product = first @ second
+    return np.where(np.abs(product) > _DEPENDENT * (np.abs(first) @ np.abs(second)), product, 0.0)
 
 
 def _cleaned(matrix: FloatArray) -> FloatArray:

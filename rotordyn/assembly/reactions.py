@@ -146,6 +146,8 @@ def _flat(name: str, given: npt.ArrayLike, shape: tuple[int, ...]) -> Matrix:
 def _flexible_force(assembled: AssembledSystem, bearing: Bearing, motion: _Motion) -> Matrix:
     """Return the force of stiffness and damping, shape (p, 6)."""
     relative = joint_motion(assembled, bearing)
+    if not relative.any():  # what moves is elsewhere
+        return np.zeros((len(motion.speed), 6), motion.displacement.dtype)
     place, speed = motion.displacement @ relative.T, motion.velocity @ relative.T
     stiffness, damping = bearing.matrices()
     if bearing.speed_law is None:
@@ -204,9 +206,13 @@ def _body_forces(
         own = shares[:, assembled.body_slices[name]]
         if not own.any():
             continue
+        if name in loads:
+            total = total - loads[name] @ own.T
+        moved = _Moved(own, assembled.transformation[assembled.body_slices[name]])
+        if not moved.rows.any():  # what moves is elsewhere
+            continue
         body, ratio = free_body_matrices(rotor.element), rotor.speed_ratio
         rotating = body_damping(rotor, body)
-        moved = _Moved(own, assembled.transformation[assembled.body_slices[name]])
         q, v, spin = motion.displacement, motion.velocity, ratio * motion.speed
         force = moved.force(body.mass, motion.acceleration) + moved.force(rotating.damping, v)
         force = force + moved.force(body.stiffness, q)
@@ -215,8 +221,6 @@ def _body_forces(
         force = force + spin * moved.force(rotating.circulatory, q)
         force = force + 0.5 * ratio * motion.rate * moved.force(body.gyroscopic, q)
         total = total + force
-        if name in loads:
-            total = total - loads[name] @ own.T
     return np.asarray(total)
 
 

@@ -11,7 +11,7 @@ import scipy
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.checks.plain_system import PlainMatrices
-from solidwhirl.rotordyn.core.arrays import ComplexArray
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, together
 
 # A mode is found if an entry of the diagram is this near (relative).
 _FOUND = 1e-5
@@ -110,9 +110,23 @@ def full_spectrum(matrices: PlainMatrices, shift: float) -> ComplexArray:
 
     `shift`: s > 0 of the size of the roots that matter, 1/s; they are the most accurate ones.
 
-    λ = s (1 + 1/ν), Q(s) ν² + s Q'(s) ν + s²M = 0.
+    λ = s (1 + 1/ν), Q(s) ν² + s Q'(s) ν + s²M = 0. Coordinates that no entry joins have roots of
+    their own.
     """
-    mass, velocity, stiffness = matrices.mass, matrices.velocity, matrices.stiffness
+    matrices_of = (matrices.mass, matrices.velocity, matrices.stiffness)
+    joined = np.logical_or.reduce([matrix != 0 for matrix in matrices_of])
+    parts = []
+    for at in together(joined):
+        block = np.ix_(at, at)
+        mass, velocity, stiffness = (matrix[block] for matrix in matrices_of)
+        parts.append(_joined_spectrum(mass, velocity, stiffness, shift))
+    return np.concatenate(parts)
+
+
+def _joined_spectrum(
+    mass: FloatArray, velocity: FloatArray, stiffness: FloatArray, shift: float
+) -> ComplexArray:
+    """Return all eigenvalues of λ²M + λV + K, but those at zero."""
     n = len(mass)
     for factor in (1.0, 1.37, 0.61):
         s = factor * shift

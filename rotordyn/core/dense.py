@@ -11,7 +11,14 @@ from typing import NamedTuple
 import numpy as np
 import scipy.linalg as la
 
-from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, FloatArray, Matrix
+from solidwhirl.rotordyn.core.arrays import (
+    BoolArray,
+    ComplexArray,
+    FloatArray,
+    IntArray,
+    Matrix,
+    together,
+)
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.ledger import solved
 
@@ -156,6 +163,11 @@ class Eigenvalues(NamedTuple):
     shapes: ComplexArray
 
 
+def uncoupled(*matrices: Matrix) -> list[IntArray]:
+    """Return the groups of coordinates that no entry of any matrix joins, each rising."""
+    return together(np.logical_or.reduce([matrix != 0 for matrix in matrices]))
+
+
 def hermitian_part(matrix: Matrix) -> Matrix:
     """Return ½ (A + Aᴴ), real if it has no imaginary part."""
     part = 0.5 * (matrix + matrix.conj().T)
@@ -170,7 +182,8 @@ def scale_by_stiffness(stiffness: Matrix, mass: Matrix, body_rate: float | None 
     is of the order of eps times that. None takes it from the matrices given.
 
     Coordinates with K_ii above a thousandth of body_rate · M_ii get a unit diagonal, softer ones
-    keep the scale of M. Eigenvalues of the scaled K below 64 n eps count as zero.
+    keep the scale of M. Eigenvalues of the scaled K below 64 n eps count as zero. Coordinates that
+    nothing joins are looked at apart.
     """
     diagonal, inertia = np.diag(stiffness).real, np.diag(mass).real
     if not (inertia > 0).all():
@@ -181,13 +194,37 @@ def scale_by_stiffness(stiffness: Matrix, mass: Matrix, body_rate: float | None 
     rate = float(np.max(diagonal / inertia)) if body_rate is None else body_rate
     floor = _SOFT * (rate if rate > 0 else 1.0) * inertia
     scale = 1.0 / np.sqrt(np.maximum(diagonal, floor))
-    scaled = scale[:, None] * stiffness * scale
-    values, vectors = la.eigh(scaled)
+    outer = np.multiply.outer(scale, scale)
+    scaled, inertia = outer * stiffness, outer * mass
+    values, vectors = _eigh_apart(scaled, uncoupled(scaled, inertia))
+    return _signed(scale, scaled, inertia, values, vectors)
+
+
+def _eigh_apart(matrix: Matrix, groups: list[IntArray]) -> tuple[FloatArray, Matrix]:
+    """Return eigenvalues, rising, and vectors of a matrix that joins no coordinates of two groups.
+
+    The vectors of a group are exactly zero outside of it.
+    """
+    if len(groups) == 1:
+        return la.eigh(matrix)  # type: ignore[no-any-return]
+    values, vectors, start = np.empty(len(matrix)), np.zeros_like(matrix), 0
+    for at in groups:
+        own = slice(start, start + at.size)
+        values[own], vectors[at, own] = la.eigh(matrix[np.ix_(at, at)])
+        start = own.stop
+    order = np.argsort(values, kind="stable")
+    return values[order], vectors[:, order]
+
+
+def _signed(
+    scale: FloatArray, stiffness: Matrix, mass: Matrix, values: FloatArray, vectors: Matrix
+) -> Scaled:
+    """Return scaled matrices with their eigenvalues and the signs of these."""
     limit = _ROUNDINGS * scale.size * np.finfo(float).eps
     return Scaled(
         scale=scale,
-        stiffness=scaled,
-        mass=scale[:, None] * mass * scale,
+        stiffness=stiffness,
+        mass=mass,
         eigenvalues=values,
         vectors=vectors,
         negative_count=int(np.count_nonzero(values < -limit)),
@@ -425,8 +462,37 @@ def general_eigenvalues(scaled: Scaled, stiffness: Matrix, velocity: Matrix) -> 
 
     `scaled`: of the Hermitian part of K; `stiffness`, `velocity`: K and V, real or complex, in the
     scaled coordinates, shape (n, n). Returns unsorted, shapes in the scaled coordinates; of the
-    pairs of a real problem one.
+    pairs of a real problem one. Coordinates that no entry joins are solved apart.
     """
+    groups = uncoupled(scaled.mass, stiffness, velocity)
+    solved("eigenproblems")
+    if len(groups) == 1:
+        return _coupled_eigenvalues(scaled, stiffness, velocity)
+    found = []
+    for at in groups:
+        block = np.ix_(at, at)
+        part = _coupled_eigenvalues(_scaled_part(scaled, at), stiffness[block], velocity[block])
+        shapes = np.zeros((scaled.scale.size, part.values.size), dtype=complex)
+        shapes[at] = part.shapes
+        found.append(Eigenvalues(part.values, shapes))
+    values = np.concatenate([part.values for part in found])
+    return Eigenvalues(values, np.hstack([part.shapes for part in found]))
+
+
+def _scaled_part(scaled: Scaled, at: IntArray) -> Scaled:
+    """Return some coordinates, which nothing joins to the others."""
+    block, own = np.ix_(at, at), scaled.vectors[at].any(axis=0)
+    return _signed(
+        scaled.scale[at],
+        scaled.stiffness[block],
+        scaled.mass[block],
+        scaled.eigenvalues[own],
+        scaled.vectors[at][:, own],
+    )
+
+
+def _coupled_eigenvalues(scaled: Scaled, stiffness: Matrix, velocity: Matrix) -> Eigenvalues:
+    """Return all eigenvalues of λ²M + λV + K, unsorted."""
     shift, reference = _real_shift(scaled, stiffness, velocity)
     zeros = _zero_count(scaled, stiffness, velocity, reference)
     found = _solved(scaled, stiffness, velocity, shift, zeros)
@@ -435,6 +501,7 @@ def general_eigenvalues(scaled: Scaled, stiffness: Matrix, velocity: Matrix) -> 
     if shift > 0 and size.size and not _FAR < shift / better < 1.0 / _FAR:
         # roots far below the shift are blurred by its rounding, those far above it by their own
         shift = _definite_shift(stiffness, velocity, scaled.mass, better)
+        solved("eigenproblems")
         found = _solved(scaled, stiffness, velocity, shift, zeros)
     return found
 
@@ -453,7 +520,6 @@ def _solved(
     companion[:n] = -la.solve(regular, np.hstack((rate, half)))
     companion[n:, :n] = half.conj().T
     is_real, norm = np.isrealobj(companion), float(la.norm(companion))
-    solved("eigenproblems")
     inverse, vectors = la.eig(companion, overwrite_a=True, check_finite=False)
     values = shift + reciprocal(inverse)
     values[np.argsort(np.abs(values), kind="stable")[:zeros]] = 0.0

@@ -20,7 +20,7 @@ from solidwhirl.rotordyn.critical_speeds.undamped import undamped_critical_speed
 from solidwhirl.rotordyn.critical_speeds.whirl_pencils import (
     negative_count,
     negative_count_at_rest,
-    whirl_pencils,
+    separate_pencils,
 )
 from solidwhirl.rotordyn.modes.damping import DampingRule, amplification_factor, log_decrement
 from solidwhirl.rotordyn.modes.whirl import whirl_direction
@@ -194,7 +194,7 @@ def count_critical_speeds(
     assembled = at_whirl_ratio(assembled, ratio)
     at_rest = at_limit = falls = rises = 0
     unresolved: list[tuple[float, float]] = []
-    for pencil in whirl_pencils(assembled, ratio):
+    for pencil in separate_pencils(assembled, ratio):
         if pencil.laws:
             roots = speed_roots(pencil, assembled.body_rate, limit)
             counts = roots.counts

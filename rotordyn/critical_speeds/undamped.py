@@ -12,7 +12,7 @@ from solidwhirl.rotordyn.critical_speeds.whirl_pencils import (
     DirectSpeeds,
     Pencil,
     direct_speeds,
-    whirl_pencils,
+    separate_pencils,
 )
 from solidwhirl.rotordyn.modes.eigen import scaled_stiffness
 from solidwhirl.rotordyn.modes.whirl import separated_whirl
@@ -26,7 +26,7 @@ def undamped_critical_speeds(
     `ratio`, `limit`: |α| and the largest Ω. Returns Ω, shape (m,), and φ, shape (n, m).
     """
     speeds, shapes = [], []
-    for pencil in whirl_pencils(assembled, ratio):
+    for pencil in separate_pencils(assembled, ratio):
         found = _speeds_of(pencil, assembled.body_rate, limit)
         speeds.append(found.speeds_rad_s)
         shapes.append(pencil.expand(found.shapes))
@@ -61,7 +61,7 @@ def undamped_places(assembled: AssembledSystem, ratio: float, limit: float) -> F
         if scaled_stiffness(assembled, matrices).negative_count:
             return np.empty(0)
     seeds = []
-    for pencil in whirl_pencils(assembled, ratio):
+    for pencil in separate_pencils(assembled, ratio):
         found = _speeds_of(pencil, assembled.body_rate, limit)
         seeds.append(found.speeds_rad_s)
         if isinstance(found, SpeedRoots):

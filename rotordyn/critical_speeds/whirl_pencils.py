@@ -12,7 +12,7 @@ import scipy.linalg as la
 from solidwhirl.rotordyn.assembly.law_pieces import LawPieces
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, LawJoint
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, Matrix
-from solidwhirl.rotordyn.core.dense import Scaled, scale_by_stiffness
+from solidwhirl.rotordyn.core.dense import Scaled, scale_by_stiffness, uncoupled
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.ledger import solved
 from solidwhirl.rotordyn.modes.complex_form import ComplexForm, complex_form
@@ -69,6 +69,29 @@ class Pencil(NamedTuple):
             stiffness = stiffness + law.motion.conj().T @ (0.5 * (k + k.T)) @ law.motion
         return stiffness
 
+    def apart(self) -> list[Pencil]:
+        """Return the pencils of coordinates that nothing joins, if laws act on each of them."""
+        touched = [law.motion.any(axis=0) for law in self.laws]
+        joined = [np.outer(moved, moved) for moved in touched]
+        groups = uncoupled(self.stiffness, self.mass, self.inertia, *joined)
+        if len(groups) > 1 and all(any(moved[at].any() for moved in touched) for at in groups):
+            return [self._part(at) for at in groups]
+        return [self]
+
+    def _part(self, at: IntArray) -> Pencil:
+        block = np.ix_(at, at)
+        laws = (law._replace(motion=law.motion[:, at]) for law in self.laws)
+        has_second = self.second.size > 0
+        return self._replace(
+            stiffness=self.stiffness[block],
+            mass=self.mass[block],
+            inertia=self.inertia[block],
+            laws=tuple(law for law in laws if law.motion.any()),
+            first=self.first[at],
+            second=self.second[at] if has_second else self.second,
+            turn=self.turn[at] if has_second else self.turn,
+        )
+
 
 def whirl_pencils(assembled: AssembledSystem, excitation_ratio: float) -> tuple[Pencil, ...]:
     """Return the problem D(Ω) φ = 0 of the critical speeds of a system, damping left out.
@@ -91,6 +114,15 @@ def whirl_pencils(assembled: AssembledSystem, excitation_ratio: float) -> tuple[
         # Isotropic bearings do not act on axial motion and torsion through their law.
         pencils.append(_whole(assembled, excitation_ratio, form.rest, "planar", ()))
     return tuple(pencils)
+
+
+def separate_pencils(assembled: AssembledSystem, excitation_ratio: float) -> tuple[Pencil, ...]:
+    """Return the pencils of `whirl_pencils`, of each the coordinates that nothing joins apart.
+
+    Shafts on bearings with laws that only meet in a casing that is held are smaller problems.
+    """
+    pencils = whirl_pencils(assembled, excitation_ratio)
+    return tuple(part for pencil in pencils for part in pencil.apart())
 
 
 def _whole(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -18,6 +18,7 @@ from solidwhirl.rotordyn.core.arrays import (
     Matrix,
     ReadOnlyArrays,
 )
+from solidwhirl.rotordyn.core.dense import uncoupled
 
 # Parts of a matrix that break the form may reach this fraction of its entries (scaled).
 _ROUNDING = 1e-11
@@ -78,6 +79,20 @@ class ComplexForm(ReadOnlyArrays):
         """Number of complex coordinates m."""
         return int(self.first.size)
 
+    def part(self, at: IntArray) -> ComplexForm:
+        """Return the form of some complex coordinates, which nothing joins to the others."""
+        block = np.ix_(at, at)
+        square = ("mass", "gyroscopic", "stiffness", "centrifugal_stiffness", "damping")
+        laws = (law._replace(motion=law.motion[at]) for law in self.laws)
+        return replace(
+            self,
+            first=self.first[at],
+            second=self.second[at],
+            second_sign=self.second_sign[at],
+            **{name: getattr(self, name)[block] for name in (*square, "circulatory")},
+            laws=tuple(law for law in laws if law.motion.any()),
+        )
+
     def to_complex(self, vectors: Matrix) -> ComplexArray:
         """Return p + i s of real vectors (motions or loads) of the independent coordinates.
 
@@ -121,6 +136,15 @@ class ComplexForm(ReadOnlyArrays):
             velocity=damping - 1j * speed_rad_s * self.gyroscopic,
             stiffness=stiffness - 1j * speed_rad_s * self.circulatory,
         )
+
+
+@lru_cache(maxsize=8)
+def lateral_parts(form: ComplexForm) -> tuple[IntArray, ...]:
+    """Return the groups of complex coordinates that no entry of any matrix joins, each rising."""
+    matrices = (form.mass, form.gyroscopic, form.stiffness, form.centrifugal_stiffness)
+    moved = [law.motion != 0 for law in form.laws]
+    joined = [np.outer(touched, touched) for touched in moved]
+    return tuple(uncoupled(*matrices, form.damping, form.circulatory, *joined))
 
 
 class Pairs(NamedTuple):

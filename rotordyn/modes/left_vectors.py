@@ -10,7 +10,7 @@ import scipy.linalg as la
 from solidwhirl.rotordyn.assembly.system import SpeedMatrices
 from solidwhirl.rotordyn.core.arrays import ComplexArray, together
 from solidwhirl.rotordyn.modes.eigen import Modes
-from solidwhirl.rotordyn.modes.nearby import balance_of
+from solidwhirl.rotordyn.modes.nearby import balance_of, moved_apart
 
 # Eigenvalues closer than this (relative) share a subspace, any basis of which is one of modes.
 _SAME = 1e-6
@@ -48,9 +48,15 @@ def mode_pairs(matrices: SpeedMatrices, modes: Modes) -> ModePairs:
     if symmetric and (np.abs(rates.real) <= _UNDAMPED * np.abs(rates)).all():
         left = right.conj()
     else:
-        left = np.empty_like(right)
-        for group in groups:
-            left[:, group] = _left_of_group(matrices, rates[group], right[:, group])
+        left = np.zeros_like(right)
+        for at, columns in moved_apart(matrices, right):
+            block = np.ix_(at, at)
+            part = SpeedMatrices(*(matrix[block] for matrix in matrices))
+            for group in groups:
+                own = np.intersect1d(group, columns)
+                if own.size:
+                    place = np.ix_(at, own)
+                    left[place] = _left_of_group(part, rates[own], right[place])
     scaled = left.copy()
     for group in groups:
         product = state_products(matrices, rates[group], left[:, group], right[:, group])

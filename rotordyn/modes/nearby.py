@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import numpy.linalg as nla
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.system import SpeedMatrices
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
-from solidwhirl.rotordyn.core.dense import diagonal
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, together
+from solidwhirl.rotordyn.core.dense import diagonal, uncoupled
 from solidwhirl.rotordyn.core.ledger import solved
 
 # Iterations at most, the relative change of the eigenvalues at which they are at rest, and what
@@ -34,8 +36,46 @@ def nearby_modes(
 
     One factorisation of D(λ0) serves (A − λ0)⁻¹ of the states (q, λq), whose largest eigenvalues
     1/(λ − λ0) a block of m states finds (Saad 2011, Numerical Methods for Large Eigenvalue
-    Problems, section 5.1).
+    Problems, section 5.1). Shapes that only move coordinates that nothing joins to others are
+    found in these, and each in its own.
     """
+    groups = moved_apart(matrices, shapes)
+    if len(groups) == 1 and groups[0].coordinates.size == len(shapes):
+        return _nearest_modes(matrices, rate, shapes)
+    values, whole = np.zeros(shapes.shape[1], dtype=complex), np.zeros(shapes.shape, dtype=complex)
+    for at, columns in groups:
+        block, own = np.ix_(at, at), np.ix_(at, columns)
+        part = SpeedMatrices(*(matrix[block] for matrix in matrices))
+        found = _nearest_modes(part, rate, shapes[own])
+        if found is None:
+            return None
+        values[columns], whole[own] = found
+    order = np.argsort(np.abs(values - rate), kind="stable")
+    return values[order], whole[:, order]
+
+
+class Moved(NamedTuple):
+    """Coordinates that nothing joins to others, and the columns of the shapes that move them."""
+
+    coordinates: IntArray
+    columns: IntArray
+
+
+def moved_apart(matrices: SpeedMatrices, shapes: ComplexArray) -> list[Moved]:
+    """Return the groups of shapes that move no coordinates in common."""
+    groups = uncoupled(*matrices)
+    moves = np.array([shapes[at].any(axis=0) for at in groups])
+    out = []
+    for columns in together((moves[:, :, None] & moves[:, None, :]).any(axis=0)):
+        own = np.flatnonzero(moves[:, columns].any(axis=1))
+        out.append(Moved(np.sort(np.concatenate([groups[k] for k in own])), columns))
+    return out
+
+
+def _nearest_modes(
+    matrices: SpeedMatrices, rate: complex, shapes: ComplexArray
+) -> tuple[ComplexArray, ComplexArray] | None:
+    """Find the eigenvalues that are nearest to a number, in all coordinates."""
     size = abs(rate)
     balance = balance_of(matrices, rate)
     around = np.multiply.outer(balance, balance)

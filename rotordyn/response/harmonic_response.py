@@ -39,7 +39,12 @@ from solidwhirl.rotordyn.core.arrays import (
     ReadOnlyArrays,
 )
 from solidwhirl.rotordyn.core.errors import AnalysisError, NoSteadyResponseError
-from solidwhirl.rotordyn.modes.complex_form import ComplexForm, complex_form, matrix_form
+from solidwhirl.rotordyn.modes.complex_form import (
+    ComplexForm,
+    complex_form,
+    lateral_parts,
+    matrix_form,
+)
 
 TRANSLATIONS = ("ux", "uy")
 TILTS = ("rx", "ry")
@@ -594,6 +599,7 @@ def _by_circles(form: ComplexForm, points: _Points) -> Solved:
     f_p + i f_s = a e^{iωt} + b e^{−iωt} with a = (f̂_p + i f̂_s)/2, b = (f̂_p* + i f̂_s*)/2.
     """
     speeds, frequencies, force = points
+    form = _loaded(form, force)
     by_coordinate = force.swapaxes(0, 1)
     along = 0.5 * form.to_complex(by_coordinate).swapaxes(0, 1)
     against = 0.5 * form.to_complex(by_coordinate.conj()).swapaxes(0, 1)
@@ -603,6 +609,15 @@ def _by_circles(form: ComplexForm, points: _Points) -> Solved:
     displacement = np.ascontiguousarray(form.whirl_shapes(*circles).swapaxes(0, 1))
     residual = np.maximum(forward.relative_residual, backward.relative_residual)
     return _with_rest(form, points, Solved(displacement, residual))
+
+
+def _loaded(form: ComplexForm, force: ComplexArray) -> ComplexForm:
+    """Return the form of what moves under loads (p, n, r): all that is joined to a loaded place."""
+    some = force.any(axis=(0, 2))
+    loaded = some[form.first] | some[form.second]
+    groups = [at for at in lateral_parts(form) if loaded[at].any()]
+    moved = np.sort(np.concatenate(groups)) if groups else np.arange(0)
+    return form if moved.size in (0, form.size) else form.part(moved)
 
 
 def _by_split(assembled: AssembledSystem, split: SplitSystem, points: _Points) -> Solved:

@@ -67,8 +67,13 @@ def resonance_peaks(
         return ()
     height = np.log(np.maximum(y, y[y > 0].min()))
     least = max(np.log(minimum_prominence), 1e-12)
-    found = [(at, _prominence(height, at)) for at in _tops(height)]
-    return tuple(_peak(x, height, at, float(np.exp(rise))) for at, rise in found if rise >= least)
+    tops = _tops(height)
+    rises = _prominences(height, tops)
+    return tuple(
+        _peak(x, height, at, float(np.exp(rise)))
+        for at, rise in zip(tops, rises, strict=True)
+        if rise >= least
+    )
 
 
 # As `find_peaks` of scipy.signal, whose import takes a quarter of a second.
@@ -83,12 +88,31 @@ def _tops(height: FloatArray) -> list[int]:
     return [int(at) for at in (starts[inner] + ends[inner]) // 2]
 
 
-def _prominence(height: FloatArray, at: int) -> float:
-    """How far a top rises above the higher of the saddles on its sides."""
-    higher = np.flatnonzero(height > height[at])
-    low = int(higher[higher < at].max(initial=-1)) + 1
-    high = int(higher[higher > at].min(initial=height.size))
-    return float(height[at] - max(height[low : at + 1].min(), height[at:high].min()))
+def _prominences(height: FloatArray, tops: Sequence[int]) -> list[float]:
+    """How far each of rising tops rises above the higher of the saddles on its sides.
+
+    A saddle is the lowest sample on the way to the next higher top on that side, or to the end.
+    """
+    saddles = [
+        _saddles(height, tops),
+        _saddles(height[::-1], [height.size - 1 - at for at in tops[::-1]])[::-1],
+    ]
+    return [float(height[at] - max(pair)) for at, *pair in zip(tops, *saddles, strict=True)]
+
+
+def _saddles(height: FloatArray, tops: Sequence[int]) -> list[float]:
+    """The lowest sample between each top and the next higher sample before it, or the start."""
+    out: list[float] = []
+    before = 0
+    higher: list[tuple[float, float]] = []  # tops that nothing hides, falling, with their saddles
+    for at in tops:
+        lowest, own = float(height[before : at + 1].min()), float(height[at])
+        while higher and higher[-1][0] <= own:
+            lowest = min(lowest, higher.pop()[1])
+        higher.append((own, lowest))
+        out.append(lowest)
+        before = at
+    return out
 
 
 def summit(

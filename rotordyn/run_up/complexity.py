@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,7 +20,7 @@ from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.errors import AnalysisError, SuperelementError
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.response.unbalance import Unbalance
-from solidwhirl.rotordyn.run_up.integration import run_up
+from solidwhirl.rotordyn.run_up.integration import PartRun, run_up
 from solidwhirl.rotordyn.run_up.record import Divergence, RunUp
 from solidwhirl.rotordyn.run_up.response import NormalisedResponse, normalised_response
 from solidwhirl.rotordyn.run_up.speed_profile import SpeedProfile
@@ -65,10 +65,11 @@ class ComplexityComparison(ReadOnlyArrays):
 
 
 class TimedRun(NamedTuple):
-    """A run-up and how long it took."""
+    """A run-up, how long it took, and its parts as `run_up` put them."""
 
     run: RunUp
     wall_time_s: float
+    parts: dict[Hashable, PartRun]
 
 
 def without_modes(element: Superelement) -> Superelement:
@@ -101,6 +102,8 @@ def without_modes(element: Superelement) -> Superelement:
     )
 
 
+# a body is a record that never changes; models in which the same one is rigid share what it does
+@lru_cache(maxsize=8)
 def as_rigid_body(element: Superelement) -> Superelement:
     """Return a body that moves as one rigid piece.
 
@@ -172,7 +175,7 @@ def compare_complexity(
     `bearing`: the mount, without rigid components; `bands_hz`: lower and upper end of each band of
     frequency in which responses are compared. `band_hz`: see `normalised_response`; the response is
     that along x. `full`: the run of the full model where it is known, by the same profile,
-    unbalances and steps, with neither gravity nor drives.
+    unbalances and steps, with neither gravity nor drives; its parts serve the others.
 
     Raises AnalysisError if there is no model, a band has no meaning or no frequency of the record
     in it, an argument of the run has no meaning, or the full model diverges.
@@ -183,10 +186,14 @@ def compare_complexity(
     peaks: list[float] = []
     responses, seconds = [], []
     diverged: dict[str, Divergence] = {}
-    run_of = partial(run_up, step_s=step_s, record_every=record_every, bearings=[bearing])
+    # models share the parts of the machine that are the same in them
+    known = {} if full is None else dict(full.parts)
+    run_of = partial(
+        run_up, known=known, step_s=step_s, record_every=record_every, bearings=[bearing]
+    )
     for name, system in variants.items():
         if full is not None and not peaks:
-            run, spent = full
+            run, spent, _ = full
         else:
             begun = time.perf_counter()
             run = run_of(system, profile, unbalances)

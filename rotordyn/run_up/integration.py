@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Hashable, Sequence
+from dataclasses import dataclass, fields
 from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.bearing_notes import bearing_notes, note_lines
 from solidwhirl.rotordyn.assembly.coordinates import Placed
 from solidwhirl.rotordyn.assembly.parts import End, System
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, gravity_load, matrices_at_speed
-from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, IntArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.modes.damping import NEUTRAL
 from solidwhirl.rotordyn.modes.eigen import modes_at_speed
@@ -31,9 +32,9 @@ from solidwhirl.rotordyn.run_up.blocks import (
     shortest_block,
     stretches,
 )
-from solidwhirl.rotordyn.run_up.loads import torsion_load, turning_loads
-from solidwhirl.rotordyn.run_up.modal_basis import modal_parts
-from solidwhirl.rotordyn.run_up.record import Divergence, MotionState, RunUp
+from solidwhirl.rotordyn.run_up.loads import TurningLoads, torsion_load, turning_loads
+from solidwhirl.rotordyn.run_up.modal_basis import independent_coordinates, modal_parts
+from solidwhirl.rotordyn.run_up.record import Divergence, EnergyBalance, MotionState, RunUp
 from solidwhirl.rotordyn.run_up.recorder import RecordedMotion, Recorder
 from solidwhirl.rotordyn.run_up.speed_profile import SpeedProfile, ramp_and_hold
 from solidwhirl.rotordyn.run_up.steps import FrequencyRates, frequency_rates
@@ -145,6 +146,8 @@ def run_up(
     assembled: AssembledSystem,
     profile: SpeedProfile,
     unbalances: Sequence[Unbalance],
+    *,
+    known: dict[Hashable, PartRun] | None = None,
     **settings: Any,
 ) -> RunUp:
     """Integrate the motion of a system while its speed follows a profile.
@@ -153,12 +156,13 @@ def run_up(
     φ, sin φ) + ω' (sin φ, −cos φ)] on each body, ω = ratio Ω, φ = ratio ∫Ω dt + phase.
 
     `profile`: Ω(t) of the reference shaft; its breakpoints must be whole steps. `unbalances`: may
-    be empty. `settings`: fields of `RunSettings`, of which `step_s` must be given. At a breakpoint
-    forces are those just before it. A run that diverges stops: where a mode grows and an interface
-    has moved by more than the length of the longest body. Its profile, times and records end
-    there. Raises AnalysisError if an argument has no meaning, or the step is too long for the
-    profile or the unbalance; AssemblyError if a body or interface does not exist or lacks a
-    component.
+    be empty. `known`: parts of other models of the same machine, run with the same arguments from
+    rest: what is the same is taken from there, what is not is put there. `settings`: fields of
+    `RunSettings`, of which `step_s` must be given. At a breakpoint forces are those just before it.
+    A run that diverges stops: where a mode grows and an interface has moved by more than the length
+    of the longest body. Its profile, times and records end there. Raises AnalysisError if an
+    argument has no meaning, or the step is too long for the profile or the unbalance; AssemblyError
+    if a body or interface does not exist or lacks a component.
 
     In a block of steps Ω is frozen at its middle (exponential midpoint rule, the Magnus method of
     second order: Hochbruck and Ostermann 2010, Acta Numerica 19, section 5; Iserles, Munthe-Kaas,
@@ -170,10 +174,160 @@ def run_up(
 
     ½Ω'G belongs to a driving torque that stays halfway between the axis fixed in space and the
     tilted one (semitangential).
+
+    Parts of the system that nothing couples are integrated each by itself, in blocks as long as its
+    own frequencies allow.
     """
     how = RunSettings(**settings)
     start = _start(assembled, profile, how)
-    run = _prepared(assembled, profile, unbalances, how, start)
+    loads = _loads(assembled, unbalances, how)
+    profile_pieces(profile, float(how.step_s), loads.turning.ratios)  # refused for the whole
+    parts = _loaded_parts(assembled, loads, start)
+    run_of = partial(_integrated, assembled, how=how, start=start)
+    known = {} if known is None else known
+    runs = []
+    for part in parts:
+        key = (_key(assembled, part.coordinates), tuple(how.outputs), tuple(how.bearings))
+        if key not in known:
+            known[key] = run_of(profile, part)
+        runs.append(known[key])
+    stopped = min((r.stopped for r in runs if r.stopped is not None), key=_time, default=None)
+    if stopped is not None:
+        profile = shortened(profile, stopped.time_s)
+        runs = [
+            run if run.stopped is stopped else run_of(profile, part)
+            for run, part in zip(runs, parts, strict=True)
+        ]
+    return run_record(
+        assembled.system,
+        profile,
+        unbalances,
+        how,
+        RecordedMotion(
+            *(sum(of_parts) for of_parts in zip(*(r.motion for r in runs), strict=True))
+        ),
+        longest_block=max(run.longest_block for run in runs),
+        energy=_energy(runs),
+        balance_error=max(run.balance_error for run in runs),
+        final=_final(assembled.transformation, parts, runs),
+        notes=_notes(assembled, profile),
+        stopped=stopped,
+    )
+
+
+def _time(stopped: Divergence) -> float:
+    return stopped.time_s
+
+
+def _motion(runs: Sequence[PartRun]) -> RecordedMotion:
+    """Return the motion and the forces of all parts."""
+    first, *others = (run.motion for run in runs)
+    return RecordedMotion(
+        *(sum(of_parts[1:], of_parts[0]) for of_parts in zip(first, *others, strict=True))
+    )
+
+
+def _energy(runs: Sequence[PartRun]) -> EnergyBalance:
+    """Return the energy of all parts."""
+    names = [field.name for field in fields(EnergyBalance)]
+    return EnergyBalance(**{n: sum(getattr(run.energy, n) for run in runs) for n in names})
+
+
+def _final(
+    transformation: FloatArray, parts: Sequence[_LoadedPart], runs: Sequence[PartRun]
+) -> MotionState:
+    """Return the last state of all parts in the independent coordinates."""
+    state = np.zeros((2, transformation.shape[1]))
+    for part, run in zip(parts, runs, strict=True):
+        stacked = np.stack((run.final.displacement, run.final.velocity), axis=1)
+        state[:, part.coordinates] = la.lstsq(transformation[:, part.coordinates], stacked)[0].T
+    return MotionState(displacement=state[0], velocity=state[1])
+
+
+def _key(assembled: AssembledSystem, coordinates: IntArray) -> Hashable:
+    """Return what tells a part from those of other models of a machine.
+
+    Bodies that move in it, which of their coordinates do, and in how many ways: joints and speeds
+    are those of the machine.
+    """
+    rows = assembled.transformation[:, coordinates].any(axis=1)
+    bodies = tuple(
+        (name, id(rotor.element))
+        for name, rotor in assembled.system.rotors.items()
+        if rows[assembled.body_slices[name]].any()
+    )
+    return coordinates.size, rows.tobytes(), bodies
+
+
+class _Loads(NamedTuple):
+    """Loads on the stacked coordinates: turning ones, that which stays, (N,), and per Ω', (N,)."""
+
+    turning: TurningLoads
+    steady: FloatArray
+    torsion: FloatArray
+
+    def on(self, rows: BoolArray) -> _Loads:
+        """Return the loads on some of the coordinates, (N,), without those that are none there."""
+        columns = self.turning.columns * rows[:, None]
+        acts = columns.reshape(len(rows), -1, 2).any(axis=(0, 2))
+        turning = TurningLoads(self.turning.ratios[acts], columns[:, np.repeat(acts, 2)])
+        return _Loads(turning, self.steady * rows, self.torsion * rows)
+
+
+def _loads(assembled: AssembledSystem, unbalances: Sequence[Unbalance], how: RunSettings) -> _Loads:
+    turning = turning_loads(assembled, unbalances)
+    torsion = torsion_load(assembled, assembled.stiffness, how.drives)
+    return _Loads(turning, _weight(assembled, how), torsion)
+
+
+class _LoadedPart(NamedTuple):
+    """Coordinates that move by themselves, and the loads on them."""
+
+    coordinates: IntArray
+    loads: _Loads
+
+
+def _loaded_parts(
+    assembled: AssembledSystem, loads: _Loads, start: MotionState
+) -> list[_LoadedPart]:
+    """Return the parts that a load acts on or that move at the start; all as one if none does.
+
+    What no part moves counts to the first one.
+    """
+    every = np.column_stack((loads.turning.columns, loads.steady, loads.torsion))
+    moves = (assembled.transformation.T @ every).any(axis=1)
+    moves |= (start.displacement != 0) | (start.velocity != 0)
+    groups = [at for at in independent_coordinates(assembled) if moves[at].any()]
+    if len(groups) < 2:
+        return [_LoadedPart(np.arange(assembled.size), loads)]
+    rows = [assembled.transformation[:, at].any(axis=1) for at in groups]
+    rows[0] |= ~np.logical_or.reduce(rows)
+    return [_LoadedPart(at, loads.on(own)) for at, own in zip(groups, rows, strict=True)]
+
+
+class PartRun(NamedTuple):
+    """What a part adds to a run.
+
+    `final`: its last state on the stacked coordinates, (N,) each; `stopped`: where it diverged.
+    """
+
+    motion: RecordedMotion
+    longest_block: int
+    energy: EnergyBalance
+    balance_error: float
+    final: MotionState
+    stopped: Divergence | None
+
+
+def _integrated(
+    assembled: AssembledSystem,
+    profile: SpeedProfile,
+    part: _LoadedPart,
+    how: RunSettings,
+    start: MotionState,
+) -> PartRun:
+    """Integrate the motion of a part."""
+    run = _prepared(assembled, profile, part, how, start)
     plan, stride = run.plan, run.plan.stride
     recorder = Recorder(plan, int(how.record_every), how.outputs, how.bearings)
     shapes = plan.shapes / plan.scale
@@ -181,25 +335,23 @@ def run_up(
     longest, stopped, states = 1, None, []
     for stretch in stretches(plan, run.pieces, run.rates, start):
         found = _until_divergence(stretch, watch)
-        for part in found.parts:
-            recorder.add(part)
+        for piece in found.parts:
+            recorder.add(piece)
         states, stopped = found.parts[-1].final, found.stopped
         if stretch.acceleration_rad_s2 != 0:
             longest = max(longest, stretch.steps_of_block)
         if stopped is not None:
-            profile = shortened(profile, stopped.time_s)
             break
-    return run_record(
-        assembled.system,
-        profile,
-        unbalances,
-        how,
-        recorder.motion(),
+    final = plan.motion(states)
+    return PartRun(
+        motion=recorder.motion(),
         longest_block=longest,
         energy=recorder.energy(),
         balance_error=recorder.worst_balance(),
-        final=plan.motion(states),
-        notes=_notes(assembled, profile),
+        final=MotionState(
+            displacement=assembled.transformation @ final.displacement,
+            velocity=assembled.transformation @ final.velocity,
+        ),
         stopped=stopped,
     )
 
@@ -215,17 +367,17 @@ class _Prepared(NamedTuple):
 def _prepared(
     assembled: AssembledSystem,
     profile: SpeedProfile,
-    unbalances: Sequence[Unbalance],
+    part: _LoadedPart,
     how: RunSettings,
     start: MotionState,
 ) -> _Prepared:
-    step_s, turning = float(how.step_s), turning_loads(assembled, unbalances)
+    step_s, (turning, steady, torsion) = float(how.step_s), part.loads
     pieces = profile_pieces(profile, step_s, turning.ratios)
-    steady = _weight(assembled, how)
-    torsion = torsion_load(assembled, assembled.stiffness, how.drives)
-    parts = moving_parts(assembled, modal_parts(assembled), turning, (steady, torsion), start)
+    parts = moving_parts(
+        assembled, modal_parts(assembled, part.coordinates), turning, (steady, torsion), start
+    )
     speeds = profile.speeds_rad_s
-    bases = [part.basis for part in parts]
+    bases = [moving.basis for moving in parts]
     rates = frequency_rates(bases, float(speeds.min()), float(speeds.max()))
     fastest = float(np.abs(speeds).max() * np.abs(turning.ratios).max(initial=0.0))
     shortest = shortest_block(pieces, rates, step_s, float(how.phase_error_rad))

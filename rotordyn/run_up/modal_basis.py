@@ -97,15 +97,18 @@ class ModalPart(NamedTuple):
         return self.basis.state(motion.displacement[at], motion.velocity[at])
 
 
-def modal_parts(assembled: AssembledSystem) -> tuple[ModalPart, ...]:
+def modal_parts(assembled: AssembledSystem, among: IntArray | None = None) -> tuple[ModalPart, ...]:
     """Return the parts of a system that move by themselves, each with its modes at rest.
 
-    Axial motion and torsion beside lateral motion, and shafts that only meet in a casing that is
-    held. Nothing is truncated. Raises AnalysisError if M is not positive definite.
+    `among`: parts of these coordinates; None for all. Axial motion and torsion beside lateral
+    motion, and shafts that only meet in a casing that is held. Nothing is truncated. Raises
+    AnalysisError if M is not positive definite.
     """
     every = np.eye(assembled.size)
     groups = independent_coordinates(assembled)
-    if len(groups) == 1:
+    if among is not None:
+        groups = [at for at in groups if np.isin(at, among).all()]
+    if len(groups) == 1 and groups[0].size == assembled.size:
         return (ModalPart(groups[0], modal_basis(assembled)),)
     return tuple(
         ModalPart(at, modal_basis(project_system(assembled, every[:, at]))) for at in groups

@@ -39,10 +39,11 @@ from solidwhirl.rotordyn.core.dense import (
     reciprocal,
     scale_by_stiffness,
     sharpened,
+    uncoupled,
 )
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.ledger import solved
-from solidwhirl.rotordyn.modes.complex_form import ComplexForm, complex_form
+from solidwhirl.rotordyn.modes.complex_form import ComplexForm, complex_form, lateral_parts
 from solidwhirl.rotordyn.modes.damping import NEUTRAL
 
 # Eigenvalues of K over M below this fraction of the largest do not set the shift.
@@ -172,25 +173,19 @@ def blocks_of(assembled: AssembledSystem, speed_low: float, speed_high: float) -
         groups = _uncoupled(assembled, np.arange(assembled.size))
         found = [_real_block(assembled, group) for group in groups]
     else:
-        found = [_lateral_block(form)]
+        found = [_lateral_block(form.part(group)) for group in lateral_parts(form)]
         found += [_real_block(assembled, group) for group in _uncoupled(assembled, form.rest)]
     return [prepared(b, assembled.body_rate, speed_low, speed_high) for b in found]
 
 
 def _uncoupled(assembled: AssembledSystem, among: IntArray) -> list[IntArray]:
     """Return the groups of coordinates that no entry of any matrix joins."""
-    joined = np.zeros((assembled.size, assembled.size), dtype=bool)
-    for name in ("mass", "stiffness", "gyroscopic", "centrifugal_stiffness", "damping"):
-        joined |= getattr(assembled, name) != 0
-    joined |= assembled.circulatory_stiffness != 0
-    for joint in assembled.law_joints:
-        moved = (joint.motion != 0).any(axis=0)
-        joined |= np.outer(moved, moved)
-    block = joined[np.ix_(among, among)]
-    if not among.size:
-        return []
-    count, label = scipy.sparse.csgraph.connected_components(block, directed=False)
-    return [among[label == k] for k in range(count)]
+    block = np.ix_(among, among)
+    names = ("mass", "stiffness", "gyroscopic", "centrifugal_stiffness", "damping")
+    joined = [getattr(assembled, name)[block] for name in (*names, "circulatory_stiffness")]
+    moved = [joint.motion[:, among].any(axis=0) for joint in assembled.law_joints]
+    groups = uncoupled(*joined, *(np.outer(touched, touched) for touched in moved))
+    return [among[group] for group in groups]
 
 
 def _real_block(assembled: AssembledSystem, group: IntArray) -> Block:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
@@ -39,7 +39,7 @@ from solidwhirl.rotordyn.run_up.force_spectrum import (
     spectrogram,
     spectrum_peaks,
 )
-from solidwhirl.rotordyn.run_up.integration import run_up
+from solidwhirl.rotordyn.run_up.integration import PartRun, run_up
 from solidwhirl.rotordyn.run_up.record import Divergence, EnergyBalance, RunUp
 from solidwhirl.rotordyn.run_up.response import NormalisedResponse, normalised_response
 from solidwhirl.rotordyn.run_up.speed_profile import ramp_and_hold
@@ -176,8 +176,9 @@ class RunUpSpec(Analysis):
             "gravity_m_per_s2": self.gravity_m_per_s2,
             "drives": [end_of(place) for place in self.drives],
         }
+        parts: dict[Hashable, PartRun] = {}
         if engine.rotating is None:
-            run = run_up(engine.system, profile, unbalances, **settings)
+            run = run_up(engine.system, profile, unbalances, known=parts, **settings)
         else:
             run = run_up_rotating(engine.rotating, profile, unbalances, **settings)
         spent = time.perf_counter() - start
@@ -200,7 +201,7 @@ class RunUpSpec(Analysis):
         if self.compare_flexible:
             # models are compared without what acts beside the unbalance
             alone = self.gravity_m_per_s2 is None and not self.drives
-            compared = _compare(self, engine.system, TimedRun(run, spent) if alone else None)
+            compared = _compare(self, engine.system, TimedRun(run, spent, parts) if alone else None)
             document["complexity"] = _complexity_document(compared)
             responses |= dict(zip(compared.names, compared.responses, strict=True))
         return Outcome(
