@@ -8,9 +8,9 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Literal
 
-# What is counted: matrices assembled, whole eigenproblems, and factorisations, of an engine for a
-# few modes alone.
-Problem = Literal["matrices", "eigenproblems", "factorisations"]
+# What is counted: matrices assembled, whole eigenproblems, factorisations, of an engine for a few
+# modes alone, and of an engine points of speed and frequency whose response has its own.
+Problem = Literal["matrices", "eigenproblems", "factorisations", "responses"]
 
 
 class Ledger:
@@ -29,11 +29,11 @@ class Ledger:
         finally:
             self._found.reset(before)
 
-    def add(self, problem: Problem) -> None:
-        """Count one problem."""
+    def add(self, problem: Problem, count: int = 1) -> None:
+        """Count problems."""
         found = self._found.get()
         if found is not None:
-            found[problem] += 1
+            found[problem] += count
 
 
 #: Dense problems of assembled systems
