@@ -26,7 +26,7 @@ from solidwhirl.rotordyn.modes.whirl import separated_whirl
 _FEWEST_MORE, _MOST_MORE = 5, 12
 # A part of the modes beyond this saves no time.
 _MOST = 0.5
-# Iterations at most, the relative change of P at rest, and a factor of convergence that is too slow.
+# Iterations at most, the relative change of P at rest, and what factor of convergence is too slow.
 _STEPS, _AT_REST, _SLOW = 30, 1e-11, 0.6
 # |Im λ| below this fraction of |λ| is real.
 _REAL_FRACTION = 1e-6
@@ -313,7 +313,7 @@ def _followed(
         move = (rows.complex(miss) + exact * turned) / near
         turned = turned - move
         part = rows.real(turned)
-        moved, whole = nla.norm(move), nla.norm(turned)
+        moved, whole = float(nla.norm(move)), float(nla.norm(turned))
         if not np.isfinite(moved) or (step > 3 and moved > _SLOW * before):
             return None
         if moved <= _AT_REST * whole:
