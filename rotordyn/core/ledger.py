@@ -8,9 +8,9 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Literal
 
-# What is counted: matrices assembled, whole eigenproblems, and factorisations; of an engine those for
-# a few modes alone, lowest modes continued from another speed, and points of speed and frequency
-# whose response has a factorisation of its own.
+# What is counted: matrices assembled, whole eigenproblems, and factorisations; of an engine those
+# for a few modes alone, lowest modes continued from another speed, and points of speed and
+# frequency whose response has a factorisation of its own.
 Problem = Literal["matrices", "eigenproblems", "continued", "factorisations", "responses"]
 
 
