@@ -47,6 +47,8 @@ _APART = 1e-5
 # Parts of an interval in which bearings are held as in the middle for first guesses, how far beyond
 # its part (in Ω²) a guess may lie, and iterations at most.
 _HELD, _BEYOND, _ITERATIONS = 3, 1.5, 12
+# Stiffness that is added to the held one, as a part of the largest.
+_SOFT = 1e-12
 # Relative change of a speed that is at rest.
 _AT_REST = 1e-14
 # After a step of an iteration that converges cubically by less than this the next one is nothing.
@@ -319,8 +321,10 @@ class _Search:
             held = self.stiffness_at(float(np.sqrt(begin * end)))
             solved("eigenproblems")
             try:
+                # a guess bears what keeps a motion without stiffness from being singular
+                held = held + _SOFT * np.abs(np.diag(held)).max() * np.eye(len(held))
                 inverse_squares, vectors = la.eigh(self.inertia, held)
-            except la.LinAlgError:  # a motion without stiffness, or a negative one
+            except la.LinAlgError:  # a negative stiffness
                 return []
             near = (inverse_squares > end**-2 / _BEYOND) & (inverse_squares < begin**-2 * _BEYOND)
             for at in np.flatnonzero(near):
