@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from solidwhirl.rotordyn.core.arrays import FloatArray, ReadOnlyArrays
+from solidwhirl.rotordyn.core.arrays import FloatArray, Matrix, ReadOnlyArrays
 
 # Coefficients below this fraction of the largest, over the width of a piece, are rounding.
 _ROUNDING = 1e-16
@@ -115,6 +115,13 @@ class LawPieces(ReadOnlyArrays):
         """Return all coefficients times a factor."""
         return LawPieces(starts_rad_s=self.starts_rad_s, polynomials=factor * self.polynomials)
 
+    def of_motion(self, motion: Matrix) -> ScalarPieces:
+        """Return mᴴ k m of the symmetric part of the stiffness over the speed; m of shape (2,)."""
+        stiffness = self.polynomials[:, :, 0]
+        even = 0.5 * (stiffness + stiffness.swapaxes(-1, -2))
+        rows = (motion.conj() @ even @ motion).real
+        return ScalarPieces(self.starts_rad_s, rows.tolist())
+
     def between(self, low_rad_s: float, high_rad_s: float) -> Iterator[LawPiece]:
         """Yield the pieces inside a range of speeds, not negative."""
         ends = (*self.starts_rad_s[1:], np.inf)
@@ -137,6 +144,23 @@ class LawPieces(ReadOnlyArrays):
                     found += piece.roots(derivative(entry))
         speeds = np.unique(np.array(found, dtype=float))
         return np.asarray(speeds[(speeds > low_rad_s) & (speeds < high_rad_s)])
+
+
+class ScalarPieces(NamedTuple):
+    """Polynomials of the speed beyond the start of a piece, lowest order first."""
+
+    starts: tuple[float, ...]
+    rows: list[list[float]]
+
+    def at(self, speed: float) -> tuple[float, float]:
+        """Return value and slope at a speed, not negative."""
+        piece = max(0, bisect_right(self.starts, speed) - 1)
+        beyond = speed - self.starts[piece]
+        value = slope = 0.0
+        for coefficient in reversed(self.rows[piece]):
+            slope = slope * beyond + value
+            value = value * beyond + coefficient
+        return value, slope
 
 
 class LawPiece(NamedTuple):

@@ -11,6 +11,7 @@ from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.campbell.matching import POOR_OVERLAP, Match, Tracked, match_modes
 from solidwhirl.rotordyn.campbell.places import meeting_in, place_to_look
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
+from solidwhirl.rotordyn.modes.continued_spectrum import NearModes, known_spectrum
 from solidwhirl.rotordyn.modes.eigen import Modes, modes_at_speed
 
 # Smallest step for creeping motions alone, as a fraction of the step asked for.
@@ -51,14 +52,45 @@ class Tracker:
         self.mode_count = mode_count
         self.needed = needed
         self._known: dict[float, Modes] = {}
+        self._spectra: list[NearModes] = []
+        self._continued: set[float] = set()
+        # what has been known by its identity stays alive
+        self._replaced: list[Match] = []
         self._matches: dict[tuple[int, float], Match] = {}
         self._meetings: dict[tuple[int, tuple[int, ...]], tuple[float, bool]] = {}
 
     def modes_at(self, speed_rad_s: float) -> Modes:
-        """Return the modes at a speed, computed once."""
+        """Return the modes at a speed, computed once: the lowest alone where that is enough."""
         if speed_rad_s not in self._known:
-            self._known[speed_rad_s] = modes_at_speed(self.assembled, speed_rad_s, self.mode_count)
+            found = self._from_known(speed_rad_s)
+            if found is None:
+                return self.whole_at(speed_rad_s)
+            self._known[speed_rad_s] = found
+            self._continued.add(speed_rad_s)
         return self._known[speed_rad_s]
+
+    def whole_at(self, speed_rad_s: float) -> Modes:
+        """Return all modes to compute at a speed, from which those at others are found."""
+        if speed_rad_s in self._continued or speed_rad_s not in self._known:
+            found = modes_at_speed(self.assembled, speed_rad_s, self.mode_count)
+            self._known[speed_rad_s] = found
+            self._continued.discard(speed_rad_s)
+            needed = self.needed(found)
+            spectrum = known_spectrum(self.assembled, found, needed) if needed else None
+            self._spectra += [] if spectrum is None else [NearModes(self.assembled, spectrum)]
+        return self._known[speed_rad_s]
+
+    def _from_known(self, speed_rad_s: float) -> Modes | None:
+        """Return the lowest modes at a speed from the nearest whole spectrum, all that matter."""
+        near = min(
+            self._spectra,
+            key=lambda spectrum: abs(spectrum.known.speed_rad_s - speed_rad_s),
+            default=None,
+        )
+        found = None if near is None else near.at(speed_rad_s)
+        # the last one shows that no needed one of equal frequency is cut off
+        enough = found is not None and self.needed(found) < found.eigenvalues.size
+        return found if enough else None
 
     def aligned(self, speed_rad_s: float, toward_rad_s: float) -> Modes:
         """Return the modes at a speed, equal ones turned as they part towards another speed."""
@@ -113,6 +145,13 @@ class Tracker:
             # near its beginning a lively motion creeps, too
             fraction = _SMALLEST_STEP if is_lively else fraction
             begin = here.modes.speed_rad_s
+            near = {begin, goal} & self._continued
+            if np.isfinite(middle) and near and _is_lost(here, match, wanted):
+                # what begins or ends is judged by whole spectra
+                self._replace_last(at_speeds, matches)
+                self.whole_at(goal)
+                solved -= 1
+                continue
             room = min(abs(goal - begin), abs(middle - begin), abs(goal - middle)) > fraction * step
             if np.isfinite(middle) and room and solved < _BUDGET:
                 targets.append(middle)
@@ -120,6 +159,21 @@ class Tracker:
             targets.pop()
             at_speeds.append(_step(here, match, wanted))
             matches.append(match)
+
+    def _replace_last(self, at_speeds: list[Tracked], matches: list[Match]) -> None:
+        """Put all modes of the last speed in the place of its lowest ones."""
+        here = at_speeds[-1]
+        speed = here.modes.speed_rad_s
+        if speed not in self._continued:
+            return
+        match = match_modes(self.assembled, here.modes, self.whole_at(speed))
+        columns, last = here.columns.copy(), matches[-1]
+        columns[columns >= 0] = match.partner[columns[columns >= 0]]
+        partner = np.where(last.partner >= 0, match.partner[last.partner], -1)
+        at_speeds[-1] = Tracked(modes=match.second, columns=columns, overlap=here.overlap)
+        self._replaced.append(last)
+        matches[-1] = last._replace(second=match.second, partner=partner)
+        self._matches[id(last.first), speed] = matches[-1]
 
     def _lifted(self, match: Match, beyond_rad_s: float) -> IntArray:
         """Return new modes near rest whose λ is in proportion to the speed as far as one beyond."""
@@ -136,9 +190,11 @@ class Tracker:
 
     def _match(self, first: Modes, speed_rad_s: float) -> Match:
         """Return the match with the modes of a speed, computed once: following is repeated."""
-        key = (id(first), speed_rad_s)
-        if key not in self._matches:
-            self._matches[key] = match_modes(self.assembled, first, self.modes_at(speed_rad_s))
+        key, second = (id(first), speed_rad_s), self.modes_at(speed_rad_s)
+        known = self._matches.get(key)
+        if known is None or known.second.eigenvalues.size != second.eigenvalues.size:
+            self._replaced += [] if known is None else [known]
+            self._matches[key] = match_modes(self.assembled, first, second)
         return self._matches[key]
 
     def _meeting(self, match: Match, pair: IntArray) -> tuple[float, bool]:
@@ -177,6 +233,14 @@ def _traced_back(at_speeds: list[Tracked], matches: list[Match]) -> Chain:
         for at_speed, own, mac in zip(at_speeds, columns, overlap, strict=True)
     ]
     return Chain(full, frozenset(starts), frozenset(seeds))
+
+
+def _is_lost(here: Tracked, match: Match, wanted: IntArray) -> bool:
+    """Tell whether a branch has no partner, or a mode that is to be on one."""
+    tracked = here.columns[here.columns >= 0]
+    found = match.partner[match.mac > POOR_OVERLAP]
+    ended = (match.mac[tracked] <= POOR_OVERLAP).any()
+    return bool(ended or not np.isin(wanted, found).all())
 
 
 def _step(here: Tracked, match: Match, wanted: IntArray) -> Tracked:

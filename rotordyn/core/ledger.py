@@ -8,9 +8,10 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Literal
 
-# What is counted: matrices assembled, whole eigenproblems, and factorisations, of an engine for a
-# few modes alone.
-Problem = Literal["matrices", "eigenproblems", "factorisations"]
+# What is counted: matrices assembled, whole eigenproblems, and factorisations; of an engine those
+# for a few modes alone, lowest modes continued from another speed, and points of speed and
+# frequency whose response has a factorisation of its own.
+Problem = Literal["matrices", "eigenproblems", "continued", "factorisations", "responses"]
 
 
 class Ledger:
@@ -29,11 +30,11 @@ class Ledger:
         finally:
             self._found.reset(before)
 
-    def add(self, problem: Problem) -> None:
-        """Count one problem."""
+    def add(self, problem: Problem, count: int = 1) -> None:
+        """Count problems."""
         found = self._found.get()
         if found is not None:
-            found[problem] += 1
+            found[problem] += count
 
 
 #: Dense problems of assembled systems

@@ -249,8 +249,8 @@ class MapSolver:
             moves = _is_lateral(self.reference.assembled, full)
             speeds = speeds[moves]
             full = separated_whirl(self.reference.assembled, speeds, full[:, moves])
-        here = full[self.reference.pencils[place].first]
-        return MapPoint(stiffness, speeds, here.real if np.isrealobj(shapes) else here)
+        here = self.reference.pencils[place].reduced(full)
+        return MapPoint(stiffness, speeds, here if here.imag.any() else here.real)
 
     def metric(self, place: int, stiffness: float) -> FloatArray:
         """Return the stiffness at rest of one pencil, in the first family's x."""

@@ -11,6 +11,7 @@ where Ω k' − 2 k is zero.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import lru_cache
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -41,9 +42,13 @@ _TOUCH = 1e-11
 # Roots closer than this (relative) take their shapes from one eigenproblem; of those with vectors
 # as parallel as this there is one.
 _SAME_SPEED, _PARALLEL = 1e-8, 0.99
+# Between roots further apart than this (relative) eigenvalues are counted.
+_APART = 1e-5
 # Parts of an interval in which bearings are held as in the middle for first guesses, how far beyond
 # its part (in Ω²) a guess may lie, and iterations at most.
 _HELD, _BEYOND, _ITERATIONS = 3, 1.5, 12
+# Stiffness that is added to the held one, as a part of the largest.
+_SOFT = 1e-12
 # Relative change of a speed that is at rest.
 _AT_REST = 1e-14
 # After a step of an iteration that converges cubically by less than this the next one is nothing.
@@ -88,12 +93,7 @@ def speed_roots(pencil: Pencil, body_rate: float, limit_rad_s: float) -> SpeedRo
     a negative eigenvalue, the pieces of a law are not known, or the counts do not come to rest.
     """
     laws = _known(pencil.laws)
-    constant = scale_by_stiffness(pencil.stiffness, pencil.mass, body_rate)
-    if constant.negative_count:
-        raise AnalysisError(
-            f"the constant part of the stiffness has {constant.negative_count} negative "
-            "eigenvalues; give the bearing that has them a speed law, or damping"
-        )
+    _check_constant_part(pencil, body_rate)
     search = _Search(pencil, body_rate, limit_rad_s)
     start, at_rest = _start(search, negative_count_at_rest(pencil, body_rate), limit_rad_s)
     roots = []
@@ -112,6 +112,19 @@ def speed_roots(pencil: Pencil, body_rate: float, limit_rad_s: float) -> SpeedRo
     speeds = np.array([root.speed for root in roots])
     shapes = search.shapes(roots)
     return SpeedRoots(speeds, shapes, falls, (at_rest, at_limit), tuple(search.unresolved))
+
+
+def _check_constant_part(pencil: Pencil, body_rate: float) -> None:
+    """Refuse a constant part of the stiffness that has a negative eigenvalue."""
+    try:  # a positive definite one is told at a fraction of the work
+        la.cholesky(pencil.stiffness, check_finite=False)
+    except la.LinAlgError:
+        found = scale_by_stiffness(pencil.stiffness, pencil.mass, body_rate).negative_count
+        if found:
+            raise AnalysisError(
+                f"the constant part of the stiffness has {found} negative "
+                "eigenvalues; give the bearing that has them a speed law, or damping"
+            ) from None
 
 
 def _start(search: _Search, at_rest: int, limit: float) -> tuple[float, int]:
@@ -178,6 +191,8 @@ def _kinks(laws: tuple[LawPieces, ...], low: float, high: float) -> FloatArray:
     return np.asarray(np.unique(found), dtype=float)
 
 
+# of one law at many stiffnesses of other bearings
+@lru_cache(maxsize=64)
 def _stationary(pieces: LawPieces, low: float, high: float) -> FloatArray:
     """Return where entries of k(Ω)/Ω² are stationary or its derivative is singular."""
     found: list[float] = []
@@ -218,6 +233,7 @@ class _Search:
         self.stiffness = basis.conj().T @ pencil.stiffness @ basis
         self.inertia = basis.conj().T @ pencil.inertia @ basis
         self.laws = tuple(law._replace(motion=law.motion @ basis) for law in pencil.laws)
+        self.motions = np.vstack([law.motion for law in self.laws])
         self.pieces = _known(pencil.laws)
         self.turns = tuple(
             np.union1d(_stationary(pieces, 0.0, limit), pieces.knots_rad_s)
@@ -236,10 +252,11 @@ class _Search:
 
     def _assembled(self, speed: float, over_squares: list[FloatArray]) -> Matrix:
         """Return E with K/Ω² at a speed and k/Ω² of the bearings as given."""
-        stiffness = self.stiffness / speed**2
-        for law, k in zip(self.laws, over_squares, strict=True):
-            stiffness = stiffness + law.motion.conj().T @ (0.5 * (k + k.T)) @ law.motion
-        return np.asarray(stiffness - self.inertia)
+        even = np.zeros((2 * len(over_squares), 2 * len(over_squares)))
+        for at, k in enumerate(over_squares):
+            even[2 * at : 2 * at + 2, 2 * at : 2 * at + 2] = 0.5 * (k + k.T)
+        bearings = self.motions.conj().T @ (even @ self.motions)
+        return np.asarray(self.stiffness / speed**2 + bearings - self.inertia)
 
     def eigenvalues(self, speed: float) -> FloatArray:
         """Return the eigenvalues of E, rising, computed once."""
@@ -266,7 +283,30 @@ class _Search:
                 _Root(speed, place, end > begin, vector)
                 for place, (speed, vector) in zip(order, found, strict=True)
             ]
-        return [self._root(place, low, high) for place in places]
+        return self._counted(found, low, high)
+
+    def _counted(self, found: list[tuple[float, Matrix]], low: float, high: float) -> list[_Root]:
+        """Return all roots of an interval from some of them, by counts between those."""
+        groups: list[list[tuple[float, Matrix]]] = []
+        for root in found:
+            if groups and root[0] - groups[-1][-1][0] <= _APART * root[0]:
+                groups[-1].append(root)
+            else:
+                groups.append([root])
+        middles = [0.5 * (one[-1][0] + other[0][0]) for one, other in pairwise(groups)]
+        edges = [low, *middles, high]
+        counts = [self.count(speed) for speed in edges]
+        roots = []
+        for at, (begin, end) in enumerate(pairwise(counts)):
+            places = range(min(begin, end), max(begin, end))
+            own = groups[at] if at < len(groups) else []
+            if len(own) == len(places):
+                order = places if end > begin else reversed(places)
+                pairs = zip(order, own, strict=True)
+                roots += [_Root(speed, place, end > begin, x) for place, (speed, x) in pairs]
+            else:
+                roots += [self._root(place, edges[at], edges[at + 1]) for place in places]
+        return roots
 
     def _refined(self, low: float, high: float) -> list[tuple[float, Matrix]]:
         """Return distinct roots of an interval and their vectors, from bearings held as they are.
@@ -281,8 +321,10 @@ class _Search:
             held = self.stiffness_at(float(np.sqrt(begin * end)))
             solved("eigenproblems")
             try:
+                # a guess bears what keeps a motion without stiffness from being singular
+                held = held + _SOFT * np.abs(np.diag(held)).max() * np.eye(len(held))
                 inverse_squares, vectors = la.eigh(self.inertia, held)
-            except la.LinAlgError:  # a motion without stiffness, or a negative one
+            except la.LinAlgError:  # a negative stiffness
                 return []
             near = (inverse_squares > end**-2 / _BEYOND) & (inverse_squares < begin**-2 * _BEYOND)
             for at in np.flatnonzero(near):
@@ -316,30 +358,27 @@ class _Search:
         return None
 
     def _quotient_root(self, speed: float, vector: Matrix) -> float:
-        """Return where vᴴ E(Ω) v is zero, next to a speed; nan if the secant method finds none."""
+        """Return where vᴴ E(Ω) v is zero, next to a speed; nan if Newton's method finds none."""
         strain = float(np.vdot(vector, self.stiffness @ vector).real)
         inertia = float(np.vdot(vector, self.inertia @ vector).real)
-        motions = [law.motion @ vector for law in self.laws]
-
-        def miss(inverse_square: float) -> float:
-            at = inverse_square**-0.5
-            held = sum(
-                float(np.vdot(motion, law.stiffness(at) @ motion).real)
-                for law, motion in zip(self.laws, motions, strict=True)
-            )
-            return (strain + held) * inverse_square - inertia
-
+        held = [
+            pieces.of_motion(law.motion @ vector)
+            for law, pieces in zip(self.laws, self.pieces, strict=True)
+        ]
         here = speed**-2
-        first, step = miss(here), 1e-4 * here
         for _ in range(_ITERATIONS):
-            slope = (miss(here + step) - first) / step
-            step = -first / slope if slope else np.nan
-            if not 0.0 < here + step < np.inf:
-                return float("nan")
+            stiffness, slope = strain, 0.0
+            for law in held:
+                value, rate = law.at(speed)
+                stiffness, slope = stiffness + value, slope + rate
+            fall = stiffness - 0.5 * speed * slope
+            step = (inertia - stiffness * here) / fall if fall else np.nan
             here = here + step
-            first = miss(here)
+            if not 0.0 < here < np.inf:
+                return float("nan")
+            speed = here**-0.5
             if abs(step) <= _AT_REST * here:
-                return float(here**-0.5)
+                return speed
         return float("nan")
 
     def bounded(self, low: float, high: float) -> list[_Root]:

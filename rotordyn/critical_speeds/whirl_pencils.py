@@ -16,6 +16,7 @@ from solidwhirl.rotordyn.core.dense import Scaled, scale_by_stiffness, uncoupled
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.ledger import solved
 from solidwhirl.rotordyn.modes.complex_form import ComplexForm, complex_form
+from solidwhirl.rotordyn.modes.split_spectrum import planes_apart
 
 _Law = Callable[[float], FloatArray]
 
@@ -39,9 +40,10 @@ class Pencil(NamedTuple):
     system that cannot be split. `stiffness`, `mass`, `inertia`: K without the bearings that depend
     on the speed, M and N; Hermitian, real where the system allows it, shape (m, m). `laws`: the
     bearings that depend on the speed: J and k(Ω). `first`, `second`: coordinates of the system to
-    which x belongs: q[first] = x, and q[second] = turn x. `turn`: −i forward, +i backward, as q
-    e^{iωt} is taken with ω > 0, times the sign of each s in the complex form, one for each second;
-    `size`: number of coordinates of the system.
+    which x belongs: q[first] = phase x, and q[second] = turn x. `phase`: i for the second of two
+    planes which only the spin couples, so that the problem is real, else 1. `turn`: −i forward, +i
+    backward, as q e^{iωt} is taken with ω > 0, times the sign of each s in the complex form, one
+    for each second; `size`: number of coordinates of the system.
     """
 
     whirl: str
@@ -51,15 +53,20 @@ class Pencil(NamedTuple):
     laws: tuple[PencilLaw, ...]
     first: IntArray
     second: IntArray
+    phase: ComplexArray
     turn: ComplexArray
     size: int
 
     def expand(self, shapes: Matrix) -> ComplexArray:
         """Return shapes (m, k) in the coordinates of the system, (n, k)."""
         full = np.zeros((self.size, shapes.shape[1]), dtype=complex)
-        full[self.first] = shapes
+        full[self.first] = self.phase[:, None] * shapes
         full[self.second] = self.turn[:, None] * shapes[: self.second.size]
         return full
+
+    def reduced(self, shapes: ComplexArray) -> ComplexArray:
+        """Return x (m, k) of shapes in the coordinates of the system, (n, k)."""
+        return np.asarray(self.phase.conj()[:, None] * shapes[self.first])
 
     def stiffness_at(self, speed_rad_s: float) -> Matrix:
         """Return K + Σ Jᴴ k(Ω) J."""
@@ -99,7 +106,8 @@ def whirl_pencils(assembled: AssembledSystem, excitation_ratio: float) -> tuple[
     `assembled`: the system. Damping and the skew part of the stiffness are not looked at.
     `excitation_ratio`: α > 0. For an isotropic system one for forward and one for backward
     whirl of half the size (z = z₀ e^{±iαΩt} in the complex form), real if that is, and one for
-    axial motion and torsion if there are such coordinates; else a single Hermitian one.
+    axial motion and torsion if there are such coordinates; else a single Hermitian one, real where
+    only the spin couples two planes.
     """
     form = complex_form(assembled)
     # Shared by the pencils, which look at the same speeds.
@@ -134,20 +142,33 @@ def _whole(
 ) -> Pencil:
     """Return the pencil of some coordinates as they are."""
     block = np.ix_(kept, kept)
-    inertia = ratio**2 * assembled.mass[block] - assembled.centrifugal_stiffness[block]
-    gyroscopic = assembled.gyroscopic[block]
-    stiffness = assembled.stiffness[block]
+    planes = None if whirl else planes_apart(assembled)
+    phase = np.ones(kept.size, dtype=complex)
+    stiffness, mass = assembled.stiffness[block], assembled.mass[block]
+    inertia = ratio**2 * mass - assembled.centrifugal_stiffness[block]
+    gyroscopic = ratio * assembled.gyroscopic[block]
+    if planes is not None:
+        phase[planes[1]] = 1j
+        # what else couples the planes is rounding
+        within = np.equal.outer(phase, phase)
+        stiffness, mass, inertia = (np.where(within, m, 0.0) for m in (stiffness, mass, inertia))
+        across = np.where(within | (phase == 1j)[:, None], 0.0, gyroscopic)
+        inertia = inertia + across + across.T
+    elif gyroscopic.any():
+        inertia = inertia - 1j * gyroscopic
     return Pencil(
         whirl=whirl,
         stiffness=0.5 * (stiffness + stiffness.T),
-        mass=assembled.mass[block],
-        inertia=inertia - 1j * ratio * gyroscopic if gyroscopic.any() else inertia,
+        mass=mass,
+        inertia=inertia,
+        # each row of a joint lies in one plane, and its phase is of no consequence
         laws=tuple(
             PencilLaw(joint.bearing, joint.motion[:, kept], law, joint.pieces)
             for joint, law in zip(assembled.law_joints, laws, strict=bool(laws))
         ),
         first=kept,
         second=np.empty(0, dtype=int),
+        phase=phase,
         turn=np.zeros(0, dtype=complex),
         size=assembled.size,
     )
@@ -183,6 +204,7 @@ def _turning(
         ),
         first=form.first,
         second=form.second,
+        phase=np.ones(form.first.size, dtype=complex),
         turn=-1j * sign * form.second_sign,
         size=form.assembled.size,
     )

@@ -127,7 +127,7 @@ def modes_at_speed(
     return replace(
         modes,
         eigenvalues=modes.eigenvalues[:kept],
-        shapes=_normalised(shapes, matrices.mass),
+        shapes=normalised(shapes, matrices.mass),
         family=None if modes.family is None else modes.family[:kept],
     )
 
@@ -223,7 +223,7 @@ def _spectrum(
     return Spectrum(1j * omega, shapes.astype(complex), np.empty(0))
 
 
-def _normalised(shapes: ComplexArray, mass: FloatArray) -> ComplexArray:
+def normalised(shapes: ComplexArray, mass: FloatArray) -> ComplexArray:
     """Scale to unit modal mass and turn the largest entry of each column real."""
     size = np.sqrt((shapes.conj() * (mass @ shapes)).sum(axis=0).real)
     scaled = shapes / size

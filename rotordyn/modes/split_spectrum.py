@@ -40,10 +40,10 @@ def planes_apart(assembled: AssembledSystem) -> tuple[IntArray, IntArray] | None
     """Return the coordinates of two planes that only the gyroscopic matrix couples.
 
     Returns indices; axial motion and torsion count to the first. None if something else couples
-    them, or there is damping.
+    them. Damping is not looked at.
     """
     pairs = plane_pairs(assembled)
-    if pairs is None or not assembled.is_conservative or not pairs.first.size:
+    if pairs is None or not pairs.first.size:
         return None
     # by the bearings' own numbers: beside a stiff shaft a cross term may be rounding in the sum
     own = (bearing.matrices()[0] for bearing in assembled.system.bearings)
@@ -81,7 +81,7 @@ def plane_spectrum(
     1/ω are the singular values of [[−g̃, Nx], [Nyᵀ, 0]]. Only digits relative to the lowest
     frequency count, as in `spectrum`.
     """
-    planes = planes_apart(assembled)
+    planes = planes_apart(assembled) if assembled.is_conservative else None
     if planes is None:
         return None
     factors = []

@@ -2,30 +2,23 @@
 
 Where a system has a complex form, a load is split into its forward and its backward circle and
 each is solved in half of the coordinates. Bearings that are not the same in all directions couple
-the circles; what else is not, is solved in all coordinates at once.
+the circles; what else is not, is solved in all coordinates at once. Many frequencies at one speed
+share the modes of the bodies there.
 """
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-import scipy.linalg as la
 
-from solidwhirl.rotordyn.assembly.coordinates import (
-    Placed,
-    body_rows,
-    interface_row,
-    joint_motion,
-)
+from solidwhirl.rotordyn.assembly.coordinates import Placed, body_rows, interface_row
 from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.assembly.system import (
     AssembledSystem,
-    LawJoint,
     at_rate,
     at_whirl_ratio,
     matrices_at_speed,
@@ -35,16 +28,13 @@ from solidwhirl.rotordyn.core.arrays import (
     ComplexArray,
     FloatArray,
     IntArray,
-    Matrix,
     ReadOnlyArrays,
 )
-from solidwhirl.rotordyn.core.errors import AnalysisError, NoSteadyResponseError
-from solidwhirl.rotordyn.modes.complex_form import (
-    ComplexForm,
-    complex_form,
-    lateral_parts,
-    matrix_form,
-)
+from solidwhirl.rotordyn.core.errors import AnalysisError
+from solidwhirl.rotordyn.modes.complex_form import ComplexForm, complex_form, lateral_parts
+from solidwhirl.rotordyn.response.coupled_circles import solve_split, split_bodies, split_system
+from solidwhirl.rotordyn.response.modal_circles import solve_by_modes
+from solidwhirl.rotordyn.response.points import PointMatrices, Solved, solve_points
 
 TRANSLATIONS = ("ux", "uy")
 TILTS = ("rx", "ry")
@@ -114,310 +104,10 @@ def non_negative(name: str, values: npt.ArrayLike) -> FloatArray:
     return array
 
 
-MatrixTriple: TypeAlias = tuple[Matrix, Matrix, Matrix]
-# Mass, velocity and stiffness matrix at a speed Ω.
-PointMatrices: TypeAlias = Callable[[float], MatrixTriple]
-
-# Bytes of the dynamic stiffness matrices solved together.
-CHUNK_BYTES = 1 << 20
-# |D| |q| / |f| above which fewer than three digits of q are left.
-_SINGULAR = 1e-3 / np.finfo(float).eps
-
-
-class Solved(NamedTuple):
-    """q, shape (p, n, r), and the largest |f − D q| / |f| of each point, shape (p,)."""
-
-    displacement: ComplexArray
-    relative_residual: FloatArray
-
-
-def solve_points(
-    matrices: PointMatrices, speeds: FloatArray, frequencies: FloatArray, loads: ComplexArray
-) -> Solved:
-    """Solve for the response at each point; a point without load is not solved.
-
-    `loads`: f, shape (p, n, r). `matrices`: M, V and K at a speed, each (n, n), real or complex, M
-    Hermitian. `speeds`, `frequencies`: Ω and ω of the points, shape (p,), rad/s; ω of either sign.
-    Residuals are in coordinates scaled by powers of two to a diagonal near 1. Raises
-    NoSteadyResponseError if a point is singular to working accuracy; the message names it.
-    """
-    displacement = np.zeros(loads.shape, dtype=complex)
-    residual = np.zeros(speeds.size)
-    for points, stack, scale in _stacks(matrices, speeds, frequencies, loads, _fill):
-        where = (speeds[points], frequencies[points])
-        solution, residual[points] = _solve_stack(stack, loads[points] * scale, *where)
-        displacement[points] = solution * scale
-    return Solved(displacement, residual)
-
-
-def _stacks(
-    matrices: PointMatrices,
-    speeds: FloatArray,
-    frequencies: FloatArray,
-    loads: ComplexArray,
-    fill: Callable[[ComplexArray, MatrixTriple, float], None],
-) -> Iterator[tuple[IntArray, ComplexArray, FloatArray]]:
-    """Yield points that are loaded, their scaled dynamic stiffness, and the scale (n, 1)."""
-    loaded = np.flatnonzero(loads.any(axis=tuple(range(1, loads.ndim))))
-    if not loaded.size:
-        return
-    scaled = ScaledMatrices(matrices, float(speeds[loaded[0]]), float(np.abs(frequencies).max()))
-    shape = (*loads.shape[1:-1], loads.shape[-2])
-    chunk = max(1, CHUNK_BYTES // (16 * int(np.prod(shape))))
-    dynamic = np.empty((min(chunk, loaded.size), *shape), dtype=complex)
-    for start in range(0, loaded.size, chunk):
-        points = loaded[start : start + chunk]
-        stack = dynamic[: points.size]
-        for place, point in zip(stack, points, strict=True):
-            fill(place, scaled.at(float(speeds[point])), float(frequencies[point]))
-        yield points, stack, scaled.scale[:, None]
-
-
-class ScaledMatrices:
-    """Keep the scaled matrices of the last speed, as points of equal speed follow each other.
-
-    Scales are powers of two near 1/√(K + ω²M), so that scaling rounds nothing.
-    """
-
-    def __init__(self, matrices: PointMatrices, speed: float, highest: float) -> None:
-        mass, _, stiffness = matrices(speed)
-        size = np.abs(np.diag(stiffness)) + highest**2 * np.diag(mass).real
-        _, exponent = np.frexp(np.where(size > 0, size, 1.0))
-        self.scale: FloatArray = np.ldexp(1.0, -(exponent // 2))
-        self._outer = np.multiply.outer(self.scale, self.scale)
-        self._matrices = matrices
-        self._mass = mass * self._outer
-        self._speed: float | None = None
-        self._found: MatrixTriple | None = None
-
-    def at(self, speed: float) -> MatrixTriple:
-        """Return M, V and K at a speed, scaled from both sides."""
-        if self._found is None or speed != self._speed:
-            _, velocity, stiffness = self._matrices(speed)
-            self._speed = speed
-            self._found = (self._mass, velocity * self._outer, stiffness * self._outer)
-        return self._found
-
-
-def _fill(place: ComplexArray, triple: MatrixTriple, omega: float) -> None:
-    """Write K + iωV − ω²M to a place."""
-    mass, velocity, stiffness = triple
-    inertia = mass * -(omega**2)
-    if all(np.isrealobj(matrix) for matrix in triple):
-        np.add(inertia, stiffness, out=place.real)
-        np.multiply(velocity, omega, out=place.imag)
-        return
-    np.multiply(velocity, 1j * omega, out=place)
-    place += stiffness
-    place += inertia
-
-
-def _solve_stack(
-    stack: ComplexArray, loads: ComplexArray, speeds: FloatArray, frequencies: FloatArray
-) -> tuple[ComplexArray, FloatArray]:
-    """Solve a stack of systems and measure each solution."""
-    try:
-        solution = np.linalg.solve(stack, loads)
-    except np.linalg.LinAlgError:
-        at = next(k for k, dynamic in enumerate(stack) if not _has_inverse(dynamic))
-        raise _singular(speeds, frequencies, at) from None
-    error = loads - stack @ solution
-    residual, growth = _measured(stack, loads, solution, error)
-    bad = ~(growth <= _SINGULAR)
-    if bad.any():
-        raise _singular(speeds, frequencies, int(bad.argmax()))
-    return solution, residual
-
-
-def _measured(
-    stack: ComplexArray, loads: ComplexArray, solution: ComplexArray, error: ComplexArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return the largest |f − D q| / |f| and |D| |q| / |f| of each point, (p,)."""
-    flat = stack.view(float).reshape(stack.shape[0], -1)
-    size = np.sqrt(np.einsum("pi,pi->p", flat, flat))[:, None]
-    columns = (a.reshape(a.shape[0], -1, a.shape[-1]) for a in (loads, solution, error))
-    force, motion, left = (np.sqrt((a.real**2 + a.imag**2).sum(axis=1)) for a in columns)
-    force = np.where(force > 0, force, np.inf)
-    return (left / force).max(axis=1), (size * motion / force).max(axis=1)
-
-
-def _has_inverse(matrix: ComplexArray) -> bool:
-    try:
-        np.linalg.inv(matrix)
-    except np.linalg.LinAlgError:
-        return False
-    return True
-
-
-def _singular(speeds: FloatArray, frequencies: FloatArray, at: int) -> NoSteadyResponseError:
-    speed, omega = float(speeds[at]), abs(float(frequencies[at]))
-    return NoSteadyResponseError(
-        f"at speed {speed:.10g} rad/s and frequency {omega:.10g} rad/s "
-        f"({omega / (2.0 * np.pi):.8g} Hz) the system is at an undamped resonance, or free to "
-        "drift, and has no steady response; add damping or leave this point out"
-    )
-
-
-# A point is left to the full equations above this |f − D q| / |f| or this |D| |q| / |f|.
-_POOR = 1e-10
-_LARGE = 1e9
-# A coupling of more rows than this fraction of the half coordinates saves no time.
-_MOST_ROWS = 0.5
-
-
-class _Part(NamedTuple):
-    """What one bearing adds: relative motion (2, n), k and c beside the isotropic mean, its law."""
-
-    motion: FloatArray
-    stiffness: FloatArray
-    damping: FloatArray
-    law: LawJoint | None
-
-
-class SplitSystem(NamedTuple):
-    """A system that is the same in all directions, and what bearings add on the motions U q (r,).
-
-    `turned` is V = U_p − i U_s, so that U q = V z₊ + V* w for the circles z₊ and w = z₋*.
-    """
-
-    form: ComplexForm
-    turned: ComplexArray
-    stiffness: FloatArray
-    damping: FloatArray
-    laws: tuple[tuple[slice, LawJoint], ...]
-
-    def coupling(self, speed_rad_s: float) -> tuple[FloatArray, FloatArray]:
-        """Return k and c on U q, each (r, r)."""
-        if not self.laws:
-            return self.stiffness, self.damping
-        stiffness, damping = self.stiffness.copy(), self.damping.copy()
-        for rows, law in self.laws:
-            more = law.coefficients(speed_rad_s)
-            stiffness[rows, rows] += more[0]
-            damping[rows, rows] += more[1]
-        return stiffness, damping
-
-
-def split_system(assembled: AssembledSystem, speed_rad_s: float) -> SplitSystem | None:
-    """Split a system into one that is the same in all directions and a coupling by bearings.
-
-    `speed_rad_s`: Ω at which bearings with a speed law give the isotropic part its share. Returns
-    none where the bodies do not know how they turn, joints hold x other than y, or the coupling has
-    too many rows to save time.
-    """
-    if assembled.spin_generator is None or any(len(j.motion) > 2 for j in assembled.law_joints):
-        return None
-    parts = tuple(_parts(assembled, speed_rad_s))
-    if not parts or 2 * len(parts) > 0.5 * _MOST_ROWS * assembled.size:
-        return None
-    stiffness, damping = np.array(assembled.stiffness), np.array(assembled.damping)
-    for part in parts:
-        stiffness -= part.motion.T @ part.stiffness @ part.motion
-        damping -= part.motion.T @ part.damping @ part.motion
-    form = matrix_form(
-        dataclasses.replace(assembled, stiffness=stiffness, damping=damping, law_joints=())
-    )
-    rows = np.concatenate([part.motion for part in parts])
-    if form is None or rows[:, form.rest].any():
-        return None
-    turned = rows[:, form.first] - 1j * form.second_sign * rows[:, form.second]
-    places = [slice(2 * at, 2 * at + 2) for at in range(len(parts))]
-    return SplitSystem(
-        form=form,
-        turned=turned,
-        stiffness=la.block_diag(*[part.stiffness for part in parts]),
-        damping=la.block_diag(*[part.damping for part in parts]),
-        laws=tuple((rows, part.law) for rows, part in zip(places, parts, strict=True) if part.law),
-    )
-
-
-def _parts(assembled: AssembledSystem, speed: float) -> Iterator[_Part]:
-    """Yield what bearings have beside k̄ I and c̄ I; with a law, less those at a speed."""
-    laws = {joint.bearing: joint for joint in assembled.law_joints}
-    for bearing in assembled.system.bearings:
-        motion, (k, c) = joint_motion(assembled, bearing), bearing.matrices()
-        for plane in (slice(0, 2), slice(3, 5)):
-            law = laws.get(bearing.name) if plane.start == 0 else None
-            if law is None:
-                own = (k[plane, plane], c[plane, plane])
-                stiffness, damping = (matrix - _mean(matrix) for matrix in own)
-            else:
-                stiffness, damping = (-_mean(matrix) for matrix in law.coefficients(speed))
-            if law is not None or stiffness.any() or damping.any():
-                yield _Part(motion[plane], stiffness, damping, law)
-
-
-def _mean(matrix: FloatArray) -> FloatArray:
-    return np.asarray(0.5 * np.trace(matrix) * np.eye(2))
-
-
-def solve_split(
-    split: SplitSystem, speeds: FloatArray, frequencies: FloatArray, force: ComplexArray
-) -> tuple[Solved, BoolArray]:
-    """Solve for the lateral response at each point, and say which were left unsolved (p,).
-
-    `speeds`, `frequencies`: Ω and ω ≥ 0 of the points, shape (p,), rad/s. `force`: loads on all
-    coordinates, shape (p, n, r); those that a turn does not move are left out. One without load is
-    not solved; points near a resonance of the isotropic part or of the system are left unsolved.
-    """
-    form = split.form
-    by_coordinate = force.swapaxes(0, 1)
-    loads = np.stack((form.to_complex(by_coordinate), form.to_complex(by_coordinate.conj()).conj()))
-    loads = 0.5 * loads.transpose(2, 0, 1, 3)
-    circles = np.zeros(loads.shape, dtype=complex)
-    residual, unsolved = np.zeros(speeds.size), np.zeros(speeds.size, dtype=bool)
-    every = (form.at_speed, speeds, frequencies, loads)
-    for points, stack, scale in _stacks(*every, _fill_both):
-        coupling = _couplings(split, speeds[points], frequencies[points])
-        turned = split.turned * scale[:, 0]
-        solved, residual[points], unsolved[points] = _solve_chunk(
-            stack, coupling, turned, loads[points] * scale
-        )
-        circles[points] = solved * scale
-    forward, mirrored = circles.transpose(1, 2, 0, 3)
-    displacement = form.whirl_shapes(forward, mirrored.conj()).swapaxes(0, 1)
-    return Solved(np.ascontiguousarray(displacement), residual), unsolved
-
-
-def _couplings(split: SplitSystem, speeds: FloatArray, frequencies: FloatArray) -> ComplexArray:
-    """Return k + iωc of the coupling at some points, shape (c, r, r)."""
-    known, which = np.unique(speeds, return_inverse=True)
-    found = np.array([split.coupling(float(speed)) for speed in known])[which]
-    return np.asarray(found[:, 0] + 1j * frequencies[:, None, None] * found[:, 1])
-
-
-def _fill_both(place: ComplexArray, triple: MatrixTriple, omega: float) -> None:
-    """Write D(ω) of the forward circle and D(−ω)* of the mirrored backward one."""
-    mass, velocity, stiffness = triple
-    _fill(place[0], triple, omega)
-    _fill(place[1], (mass.conj(), velocity.conj(), stiffness.conj()), omega)
-
-
-def _solve_chunk(
-    stack: ComplexArray, coupling: ComplexArray, turned: ComplexArray, loads: ComplexArray
-) -> tuple[ComplexArray, FloatArray, BoolArray]:
-    """Return the circles (c, 2, m, r), their residuals, and what is better solved otherwise."""
-    sides = np.stack((turned, turned.conj()))
-    # Load of a unit force on U q in either circle.
-    unit = 0.5 * sides.conj().swapaxes(1, 2)
-    right = np.concatenate((loads, np.broadcast_to(unit, (*loads.shape[:2], *unit.shape[1:]))), 3)
-    try:
-        solution = np.linalg.solve(stack, right)
-        alone, per_unit = solution[..., : loads.shape[3]], solution[..., loads.shape[3] :]
-        small = np.eye(coupling.shape[1]) + coupling @ (sides @ per_unit).sum(axis=1)
-        pull = np.linalg.solve(small, coupling @ (sides @ alone).sum(axis=1))
-    except np.linalg.LinAlgError:
-        count = loads.shape[0]
-        return np.zeros_like(loads), np.zeros(count), np.ones(count, dtype=bool)
-    circles = alone - per_unit @ pull[:, None]
-    pulled = coupling @ (sides @ circles).sum(axis=1)
-    error = loads - stack @ circles - unit @ pulled[:, None]
-    residual, growth = _measured(stack, loads, circles, error)
-    return circles, residual, ~((residual <= _POOR) & (growth <= _LARGE))
-
-
 # Points from which on it takes less time to split a system than to solve all at once.
 _WORTH_SPLITTING = 24
+# Frequencies at one speed from which on its modes take less time than as many factorisations.
+_WORTH_MODES = 24
 # Ratios of frequency and speed that differ by less than this fraction are one.
 _ONE_RATIO = 1e-12
 
@@ -496,13 +186,20 @@ def _by_frequency(assembled: AssembledSystem, points: _Points) -> Solved:
 def _solved(assembled: AssembledSystem, points: _Points) -> Solved:
     """Solve in the form that the system has."""
     speeds = points.speeds
+    middle = float(speeds.mean())
+    if speeds.size >= _WORTH_MODES * np.unique(speeds).size:
+        bodies = split_bodies(assembled, middle)
+        if bodies is not None:
+            lateral, left = solve_by_modes(bodies, *points)
+            if not left.all():
+                return _completed(assembled, bodies.form, points, lateral, left)
     form = complex_form(assembled)
     many = speeds.size >= _WORTH_SPLITTING
-    split = split_system(assembled, float(speeds.mean())) if form is None and many else None
+    split = split_system(assembled, middle) if form is None and many else None
     if form is not None:
         return _by_circles(form, points)
     if split is not None:
-        return _by_split(assembled, split, points)
+        return _completed(assembled, split.form, points, *solve_split(split, *points))
     return solve_points(_matrices_of(assembled, slice(None)), *points)
 
 
@@ -620,10 +317,15 @@ def _loaded(form: ComplexForm, force: ComplexArray) -> ComplexForm:
     return form if moved.size in (0, form.size) else form.part(moved)
 
 
-def _by_split(assembled: AssembledSystem, split: SplitSystem, points: _Points) -> Solved:
-    """Solve in circles that the bearings couple; by the full equations where that is poor."""
-    lateral, left = solve_split(split, *points)
-    solved = _with_rest(split.form, points, lateral)
+def _completed(
+    assembled: AssembledSystem,
+    form: ComplexForm,
+    points: _Points,
+    lateral: Solved,
+    left: BoolArray,
+) -> Solved:
+    """Add what circles do not hold: other motions, and by the full equations the points left."""
+    solved = _with_rest(form, points, lateral)
     if left.any():
         speeds, frequencies, force = points
         every = _matrices_of(assembled, slice(None))

@@ -7,16 +7,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
+import scipy.linalg as la
 
+from solidwhirl.rotordyn.assembly.coordinates import joint_motion
 from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, with_bearing_stiffness
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyArrays
-from solidwhirl.rotordyn.core.errors import AnalysisError
+from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, FloatArray, ReadOnlyArrays
+from solidwhirl.rotordyn.core.errors import AnalysisError, NoSteadyResponseError
 from solidwhirl.rotordyn.response import harmonic_response as harmonic
 from solidwhirl.rotordyn.response.maps import StepPeaks
 from solidwhirl.rotordyn.response.orbits import OrbitRecord
 from solidwhirl.rotordyn.response.unbalance import Unbalance, frequency_ratio, unbalance_loads
 
+# Residual over the force, and loss of digits, beyond which a response is solved by itself.
+_LOST, _CANCELLED = 1e-11, 1e4
 # Samples of a map that a band around the operating point must hold.
 _FEWEST_SAMPLES = 5
 
@@ -176,8 +180,63 @@ def _map(
         node=node,
         translation_m=np.empty((0, frequencies.size, 2), dtype=complex),
     )
-    rows = [stiffness_row(assembled, found, float(v), frequencies, speeds) for v in values]
-    return replace(found, translation_m=np.array(rows))
+    rows, left = _rows_of_one(assembled, found)
+    for at in np.flatnonzero(left.any(axis=1)):
+        points = (frequencies[left[at]], speeds[left[at]])
+        rows[at, left[at]] = stiffness_row(assembled, found, float(values[at]), *points)
+    return replace(found, translation_m=rows)
+
+
+def _rows_of_one(
+    assembled: AssembledSystem, wanted: StiffnessMap
+) -> tuple[ComplexArray, BoolArray]:
+    """Return the responses of a map from those with one stiffness, (k, f, 2), and what is left.
+
+    Another stiffness is a change of low rank: with the receptances H of the motions J q of the
+    bearings, J q = (1 + Δk H)⁻¹ J q₀ (Woodbury; Hager 1989, SIAM Review 31). Where that loses
+    digits, a bearing has a law of its own, or the one stiffness has no steady response, the
+    response is left to be solved by itself, (k, f).
+    """
+    values, frequencies = wanted.stiffness_n_per_m, wanted.frequencies_rad_s
+    rows = np.zeros((values.size, frequencies.size, 2), dtype=complex)
+    every = np.ones(rows.shape[:2], dtype=bool)
+    middle = float(values[values.size // 2])
+    base = with_bearing_stiffness(assembled, wanted.bearings, middle)
+    named = [b for b in base.system.bearings if b.name in wanted.bearings]
+    if any(bearing.speed_law is not None for bearing in named):
+        return rows, every
+    motion = np.concatenate([joint_motion(base, bearing)[:2] for bearing in named])
+    pattern = unbalance_loads(base, [wanted.unbalance])
+    force = (frequencies**2)[:, None, None] * pattern[:, None]
+    # where nothing pushes nothing moves, and a system may be free to drift
+    units = np.where(frequencies[:, None, None] > 0, motion.T.astype(complex), 0.0)
+    try:
+        solved = harmonic.harmonic_response(
+            base, wanted.speeds_rad_s, frequencies, np.concatenate((force, units), axis=2)
+        )
+    except NoSteadyResponseError:
+        return rows, every
+    seen = solved.displacement.swapaxes(1, 2)
+    at_node = harmonic.node_amplitudes(
+        base, (wanted.node,), harmonic.TRANSLATIONS, seen.reshape(-1, base.size)
+    ).reshape(*seen.shape[:2], 2)
+    moved = seen @ motion.T
+    left = ~every
+    size = la.norm(pattern) * frequencies**2
+    for at, change in enumerate(values - middle):
+        small = np.eye(len(motion)) + change * moved[:, 1:].swapaxes(1, 2)
+        try:
+            pull = change * np.linalg.solve(small, moved[:, 0, :, None])[..., 0]
+        except np.linalg.LinAlgError:
+            left[at] = True
+            continue
+        rows[at] = at_node[:, 0] - (pull[:, None] @ at_node[:, 1:])[:, 0]
+        # residual of the parts over the force, and digits that their sum loses
+        reach = size + np.abs(pull) @ la.norm(motion, axis=1)
+        parts = np.abs(at_node[:, 0]) + (np.abs(pull)[:, None] @ np.abs(at_node[:, 1:]))[:, 0]
+        is_cancelled = la.norm(parts, axis=1) > _CANCELLED * la.norm(rows[at], axis=1)
+        left[at] = (solved.relative_residual * reach > _LOST * size) | is_cancelled
+    return rows, left
 
 
 def stiffness_row(

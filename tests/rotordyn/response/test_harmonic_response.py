@@ -18,22 +18,21 @@ from rotors import (
 )
 
 from solidwhirl import rotordyn as rd
+from solidwhirl.rotordyn.core.ledger import SYSTEMS
 from solidwhirl.rotordyn.modes.complex_form import complex_form
-from solidwhirl.rotordyn.response.harmonic_response import (
-    harmonic_response,
-    independent_loads,
-    solve_split,
-    split_system,
-)
+from solidwhirl.rotordyn.response.coupled_circles import solve_split, split_system
+from solidwhirl.rotordyn.response.harmonic_response import harmonic_response, independent_loads
 
 # Points (Ω, ω) in rad/s: synchronous, below, above, and with the shaft at rest.
 SPEEDS = np.array([0.0, 0.0, 150.0, 700.0, 700.0, 2600.0])
 FREQUENCIES = np.array([90.0, 800.0, 150.0, 300.0, 1100.0, 3400.0])
 
 
-def engine(ky=3e7, c=900.0, at_d=None):
+INSIDE = rd.InternalDamping(stiffness_coefficient_s=2e-6)
+
+
+def engine(ky=3e7, c=900.0, at_d=None, inside=INSIDE):
     """Counter-rotating shafts on damped bearings, internal damping; `ky` breaks the isotropy."""
-    inside = rd.InternalDamping(stiffness_coefficient_s=2e-6)
     between = connect("between", "inner.C", "outer.C", 2e8, 400.0)
     held = [ground("inner", "A", 3e7, ky, c), ground("inner", "B", 3e7, 3e7, c)]
     bearings = (*held, ground("outer", "D", 5e7, 5e7, c) if at_d is None else at_d, between)
@@ -93,6 +92,40 @@ def test_circles_coupled_by_bearings_solve_the_full_equations(kind):
         error = np.abs(found.displacement[at] - direct).max()
         assert error < 1e-9 * np.abs(direct).max()
     assert found.relative_residual.max() < 1e-10
+
+
+@pytest.mark.parametrize("kind", ["round", "undamped", *ODD])
+def test_many_frequencies_at_one_speed_share_its_modes(kind):
+    c = 0.0 if kind == "undamped" else 900.0
+    system = engine(3e7 if kind == "round" else 2e7, c, ODD.get(kind), inside=None)
+    random = np.random.default_rng(5)
+    speeds = np.repeat([0.0, 400.0, 2600.0], 30)
+    frequencies = random.uniform(0.0, 3500.0, speeds.size)
+    loads = _loads(system, 2, speeds.size)
+    loads[40:42] = 0.0
+    with SYSTEMS.counted() as counts:
+        found = harmonic_response(system, speeds, frequencies, loads)
+    assert counts == {"eigenproblems": 3}
+    for at in range(speeds.size):
+        direct = la.solve(_dynamic_stiffness(system, speeds[at], frequencies[at]), loads[at])
+        error = np.abs(found.displacement[at] - direct).max()
+        assert error <= 1e-10 * np.abs(direct).max()
+    assert found.relative_residual.max() < 1e-11
+
+
+def test_a_point_at_a_resonance_of_the_bodies_alone_is_solved_in_full():
+    shaft = twin_bodies()[0]
+    bearings = [ground("rotor", end, 5e7, 5e7, cx=400.0) for end in ("A", "B")]
+    system = one_rotor(shaft, bearings)
+    undamped = one_rotor(shaft, [ground("rotor", end, 5e7, 5e7) for end in ("A", "B")])
+    at = rd.modes_at_speed(undamped, 300.0).eigenvalues[1].imag
+    frequencies = np.append(np.linspace(50.0, 900.0, 30), at)
+    loads = _loads(system, 1, 1)
+    with SYSTEMS.counted() as counts:
+        found = harmonic_response(system, 300.0, frequencies, loads)
+    assert counts["responses"] <= 1
+    direct = la.solve(_dynamic_stiffness(system, 300.0, at), loads[0])
+    assert np.abs(found.displacement[-1] - direct).max() < 1e-9 * np.abs(direct).max()
 
 
 def test_resonance_of_the_isotropic_part_alone_is_passed():

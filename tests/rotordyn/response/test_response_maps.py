@@ -10,6 +10,7 @@ from scipy.optimize import minimize_scalar
 from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.assembly.coordinates import interface_row, joint_motion
 from solidwhirl.rotordyn.assembly.system import with_bearing_stiffness
+from solidwhirl.rotordyn.core.ledger import SYSTEMS
 from solidwhirl.rotordyn.response import map_peaks, stiffness_maps
 from solidwhirl.rotordyn.response.harmonic_response import harmonic_response
 from solidwhirl.rotordyn.response.map_peaks import ground_motion_peaks, stiffness_map_peaks
@@ -157,6 +158,36 @@ def test_stiffness_map_at_a_speed_keeps_the_gyroscopic_moment():
         (exciter,) = unbalance_response(changed, [unbalance], [speed]).exciters
         expected = exciter.at_node("inner", "C")[0]
         np.testing.assert_allclose(fixed.translation_m[at, 1], expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize("at_speed", [True, False])
+def test_stiffnesses_share_one_solution(at_speed):
+    system = engine(ground("outer", "C", 1e5, 3e5, 20.0))
+    names = [system.system.bearings[0].name, system.system.bearings[3].name]
+    unbalance = Unbalance(body="inner", interface="C", moment_kg_m=MOMENT)
+    stiffnesses, omega = np.geomspace(1e5, 1e11, 13), np.linspace(0.0, 2500.0, 12)
+    given = (system, names, stiffnesses, unbalance, omega, INNER_C)
+    with SYSTEMS.counted() as counts:
+        if at_speed:
+            found = stiffness_maps.stiffness_map_at_speed(*given, 700.0)
+        else:
+            found = stiffness_maps.synchronous_stiffness_map(*given)
+    # one solution of each frequency but 0, not of each stiffness
+    assert counts == {"responses": 11}
+    for k, row in zip(stiffnesses, found.translation_m, strict=True):
+        own = stiffness_maps.stiffness_row(system, found, k, omega, found.speeds_rad_s)
+        np.testing.assert_allclose(row, own, rtol=0, atol=1e-10 * np.abs(own).max())
+
+
+def test_stiffnesses_at_a_resonance_of_the_shared_one_are_solved_by_themselves():
+    # without damping the middle one has no response there, the others have
+    omega = np.array([100.0, np.sqrt(STIFFNESS / MASS)])
+    with pytest.raises(rd.AnalysisError):
+        laval_map([0.5 * STIFFNESS, STIFFNESS, 2 * STIFFNESS], omega, 0.0)
+    near = np.array([0.5, 1.0 + 1e-9, 2.0]) * STIFFNESS
+    found = np.abs(laval_map(near, omega, 0.0).translation_m[..., 0])
+    exact = MOMENT * omega**2 / np.abs(near[:, None] - MASS * omega**2)
+    np.testing.assert_allclose(found[[0, 2]], exact[[0, 2]], rtol=1e-9)
 
 
 def test_chosen_stiffness_keeps_resonance_out_of_the_band():

@@ -1,0 +1,90 @@
+"""Modes found from a known spectrum beside it, against whole spectra."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from rotors import ground, one_rotor, polynomial_law, steel_shaft
+
+from solidwhirl import rotordyn as rd
+from solidwhirl.rotordyn.campbell import tracking
+from solidwhirl.rotordyn.core.ledger import SYSTEMS
+from solidwhirl.rotordyn.modes.continued_spectrum import NearModes, known_spectrum
+
+NEEDED = 6
+FILM = polynomial_law((1.0, 3e-4), (1.0, 1e-4), (1.0, -2e-4), (1.0, -1e-4), top=3000.0)
+SUPPORTS = {
+    "damped": {"cx": 900.0, "cy": 400.0},
+    "overdamped": {"cx": 3e5, "cy": 2e5},
+    "law": {"cx": 900.0, "cy": 400.0, "speed_law": FILM},
+}
+
+
+def shaft_on(kind):
+    """A shaft with two disks on two uneven supports."""
+    disks = [(0.3, 20.0, 0.4, 0.21), (0.9, 12.0, 0.2, 0.11)]
+    seats = {"A": 0.0, "B": 0.8}
+    shaft = steel_shaft("rotor", np.linspace(0.0, 1.0, 13), 0.03, seats, disks)
+    held = [ground("rotor", end, 4e7, 2e7, **SUPPORTS[kind]) for end in seats]
+    return one_rotor(shaft, held)
+
+
+@pytest.mark.parametrize("kind", SUPPORTS)
+def test_modes_beside_a_known_spectrum_are_the_lowest_of_the_whole(kind):
+    system = shaft_on(kind)
+    near = NearModes(system, known_spectrum(system, rd.modes_at_speed(system, 600.0), NEEDED))
+    for speed in (600.0, 640.0, 700.0, 500.0):
+        found, whole = near.at(speed), rd.modes_at_speed(system, speed)
+        count = found.eigenvalues.size
+        assert NEEDED < count < whole.eigenvalues.size
+        np.testing.assert_allclose(found.eigenvalues, whole.eigenvalues[:count], rtol=1e-9)
+        np.testing.assert_allclose(found.real_eigenvalues, whole.real_eigenvalues, rtol=1e-7)
+        product = found.shapes.conj().T @ system.mass @ whole.shapes[:, :count]
+        np.testing.assert_allclose(np.abs(np.diag(product)), 1.0, rtol=1e-8)
+    assert (rd.modes_at_speed(system, 600.0).real_eigenvalues.size > 0) == (kind == "overdamped")
+
+
+def test_what_is_too_far_away_is_left_to_the_whole_spectrum():
+    system = shaft_on("damped")
+    near = NearModes(system, known_spectrum(system, rd.modes_at_speed(system, 0.0), NEEDED))
+    for speed in np.linspace(200.0, 6000.0, 10):
+        found, whole = near.at(speed), rd.modes_at_speed(system, speed)
+        if found is None:
+            continue
+        count = found.eigenvalues.size
+        np.testing.assert_allclose(found.eigenvalues, whole.eigenvalues[:count], rtol=1e-8)
+    assert near.at(6000.0) is None
+    # a support that turns negative is no matter of few modes
+    soft = dataclasses.replace(FILM, stiffness_x=(1.0, -1e-3))
+    negative = [dataclasses.replace(b, speed_law=soft) for b in shaft_on("law").system.bearings]
+    turned = one_rotor(system.system.rotors["rotor"].element, negative)
+    near = NearModes(turned, known_spectrum(turned, rd.modes_at_speed(turned, 900.0), NEEDED))
+    assert near.at(950.0) is not None and near.at(1100.0) is None
+
+
+def test_systems_without_a_basis_are_left_alone():
+    shaft = shaft_on("damped").system.rotors["rotor"].element
+    for bearings in (
+        [ground("rotor", end, 4e7, cx=900.0) for end in "AB"],
+        [ground("rotor", end, 4e7, 2e7) for end in "AB"],
+        [ground("rotor", "A", 4e7, 0.0, cx=900.0)],
+    ):
+        system = one_rotor(shaft, bearings)
+        assert known_spectrum(system, rd.modes_at_speed(system, 100.0), NEEDED) is None
+
+
+@pytest.mark.parametrize("kind", SUPPORTS)
+def test_a_damped_diagram_needs_few_whole_spectra(kind, monkeypatch):
+    system, speeds = shaft_on(kind), np.linspace(0.0, 800.0, 41)
+    with SYSTEMS.counted() as counts:
+        found = rd.campbell(system, speeds, branch_count=NEEDED)
+    assert counts["eigenproblems"] <= 8
+    monkeypatch.setattr(tracking, "known_spectrum", lambda *_: None)
+    with SYSTEMS.counted() as counts:
+        whole = rd.campbell(system, speeds, branch_count=NEEDED)
+    assert counts["eigenproblems"] >= speeds.size
+    np.testing.assert_allclose(found.eigenvalues, whole.eigenvalues, rtol=1e-9)
+    assert (found.whirl == whole.whirl).all()
+    assert [note.text for note in found.notes] == [note.text for note in whole.notes]
