@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -20,6 +20,7 @@ from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.critical_speeds.undamped import undamped_critical_speeds
 from solidwhirl.rotordyn.modes.whirl import unbalance_excitation
 from solidwhirl.rotordyn.response.static import static_equilibrium
+from solidwhirl.rotordyn.superelement.record import Superelement
 
 # Bearings below this part of the stiffest one do not carry a shaft.
 _CARRIES = 0.01
@@ -109,25 +110,43 @@ def journal_loads_kg(rigid: AssembledSystem, names: Sequence[str]) -> dict[str, 
 
 
 def overhung_masses_kg(
-    assembled: AssembledSystem, shaft: str, seats: Mapping[str, End]
+    assembled: AssembledSystem,
+    shaft: str,
+    seats: Mapping[str, End],
+    masses_beyond: Callable[[str, float, float], tuple[float, float] | None] = lambda *_: None,
 ) -> tuple[float, float]:
-    """Return the masses beyond the first and beyond the last journal, kg.
+    """Return the masses beyond the middles of the first and of the last journal, kg.
 
-    They are what weighs on the interfaces beyond. What lies between an interface and the journal is
-    shared by both as their static deflections are, and only the part of the interface counts.
+    `masses_beyond`: of a body below one place along the axis and above another, m, as it is drawn;
+    None of one without a drawing. A rigid body then counts where its centre of gravity is, and of
+    others counts what weighs on the interfaces beyond: what lies between an interface and the
+    journal is shared by both as their static deflections are, so that this is too little.
     """
     ends = [axial_m(assembled, seat) for seat in seats.values()]
-    below = above = 0.0
-    for body in shaft_bodies(assembled, shaft):
-        element = assembled.system.rotors[body].element
-        weight = element.mass @ element.rigid_body_modes[:, 1]
-        for node in element.interfaces:
-            if "uy" not in element.components_at(node.name):
-                continue
-            own = float(weight[element.interface_index(node.name, "uy")])
-            below += own if node.position_m[2] < ends[0] else 0.0
-            above += own if node.position_m[2] > ends[-1] else 0.0
+    found = [
+        masses_beyond(body, ends[0], ends[-1])
+        or _weighing_beyond_kg(assembled.system.rotors[body].element, ends[0], ends[-1])
+        for body in shaft_bodies(assembled, shaft)
+    ]
+    below, above = (sum(side) for side in zip(*found, strict=True))
     return max(below, 0.0), max(above, 0.0)
+
+
+def _weighing_beyond_kg(element: Superelement, low_m: float, high_m: float) -> tuple[float, float]:
+    """Masses on interfaces below one place and above another, by the mass matrix of a body."""
+    if element.level == "lumped":
+        place = float(element.center_of_gravity_m[2])
+        return element.mass_kg * (place < low_m), element.mass_kg * (place > high_m)
+    weight = element.mass @ element.rigid_body_modes[:, 1]
+    own = [
+        (float(node.position_m[2]), float(weight[element.interface_index(node.name, "uy")]))
+        for node in element.interfaces
+        if "uy" in element.components_at(node.name)
+    ]
+    return (
+        sum(mass for place, mass in own if place < low_m),
+        sum(mass for place, mass in own if place > high_m),
+    )
 
 
 def first_critical_speed_rad_s(rigid: AssembledSystem, shaft: str, near_rad_s: float) -> float:
