@@ -25,6 +25,8 @@ _WIDTH_PT, _SIZE_PT = 0.75, 0.58
 _BESIDE = 60
 # Axes that span less than this factor have more numbers than powers of ten.
 _FEW = 100.0
+# Letters of titles of frames side by side.
+_ACROSS = 72
 # Colours of a map below this part of the largest are the same.
 _DARKEST = 1e-4
 # Marks along a curve, and frames side by side.
@@ -72,7 +74,9 @@ def draw_charts(drawn: Sequence[charts.Chart], path: str | Path, title: str) -> 
             axes.set_visible(False)
         for (chart, name), axes in zip(row, own, strict=False):
             _draw(figure, axes, chart)
-            axes.set_title(name.replace(", ", ",\n", 1), fontsize=frame.TEXT_PT)
+            axes.set_title(fill(name, _ACROSS // columns), fontsize=frame.TEXT_PT)
+            if columns > 1:
+                axes.set_xlabel(fill(axes.get_xlabel(), _ACROSS // columns))
             if same_x and number + 1 < len(rows):
                 axes.set_xlabel("")
             if axes is not own[0] and chart.y is row[0][0].y:
