@@ -74,7 +74,9 @@ def draw_charts(drawn: Sequence[charts.Chart], path: str | Path, title: str) -> 
             axes.set_visible(False)
         for (chart, name), axes in zip(row, own, strict=False):
             _draw(figure, axes, chart)
-            axes.set_title(fill(name, _ACROSS // columns), fontsize=frame.TEXT_PT)
+            lines = name.replace(", ", ",\n", 1).split("\n")
+            title = "\n".join(fill(line, _ACROSS // columns) for line in lines)
+            axes.set_title(title, fontsize=frame.TEXT_PT)
             if columns > 1:
                 axes.set_xlabel(fill(axes.get_xlabel(), _ACROSS // columns))
             if same_x and number + 1 < len(rows):
@@ -364,6 +366,7 @@ def _draw_rule(axes: Axes, rule: charts.Rule) -> None:
             xycoords=coordinates if along_x else coordinates[::-1], textcoords="offset points",
             rotation=90 if along_x else 0, ha="right" if along_x else "left", va="bottom",
             fontsize=frame.SMALL_PT,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.4},
         )  # fmt: skip
 
 

@@ -12,8 +12,10 @@ from solidwhirl.rotordyn.plots import chart as charts
 
 # Length of the largest arrow beside the range of the deflections.
 _LONGEST = 0.35
-# Forces below this fraction of the largest are none.
+# Forces below this fraction of the largest of all directions are none.
 _NONE = 1e-6
+# Numbers of arrows at one place are as far apart, of the range of the deflections.
+_APART = 0.06
 _SUPPORT = charts.Look("@ink", "solid", width=2.4)
 _GIVEN = charts.Look("@bad", "dash", width=2.4)
 
@@ -46,6 +48,8 @@ class LoadedState:
     label: str
     lines: Sequence[LoadedLine]
     arrows: Sequence[Arrow]
+    #: Largest force in any direction, N
+    largest_n: float
 
 
 def static_chart(direction: str, states: Sequence[LoadedState]) -> charts.Chart:
@@ -88,22 +92,27 @@ def _marks(
     # the line without deflection is seen too
     span = float(np.ptp(np.concatenate([*every, np.zeros(1)]))) or 1.0
     largest = max((abs(arrow.force_n) for arrow in state.arrows), default=0.0)
-    shown = [arrow for arrow in state.arrows if abs(arrow.force_n) > _NONE * largest]
-    drawn = [
-        _arrow(arrow, factor * arrow.deflection_m, _LONGEST * span * arrow.force_n / largest, named)
-        for arrow in sorted(shown, key=lambda arrow: (not arrow.of_support, arrow.force_n < 0.0))
-    ]
+    shown = [arrow for arrow in state.arrows if abs(arrow.force_n) > _NONE * state.largest_n]
+    drawn, written = [], list[tuple[float, float]]()
+    for arrow in sorted(shown, key=lambda arrow: (not arrow.of_support, arrow.force_n < 0.0)):
+        tip, long = factor * arrow.deflection_m, _LONGEST * span * arrow.force_n / largest
+        at = tip - long
+        while any(x == arrow.axial_m and abs(y - at) < _APART * span for x, y in written):
+            at -= _APART * span
+        written.append((arrow.axial_m, at))
+        drawn.append((*_arrow(arrow, tip, long), named(arrow.axial_m, at, _said(arrow))))
     # what looks alike one after the other, so that it is one entry of a legend
     return [*marks, *(mark for same in zip(*drawn, strict=True) for mark in same)]
 
 
-def _arrow(
-    arrow: Arrow, tip: float, long: float, named: Callable[[float, float, str], charts.Mark]
-) -> tuple[charts.Mark, ...]:
-    """A line, the head with which it touches the shaft, and its number at the other end."""
-    look = _SUPPORT if arrow.of_support else _GIVEN
+def _said(arrow: Arrow) -> str:
     unit, factor = charts.metric(arrow.force_n, "N")
-    said = f"{arrow.name} {factor * arrow.force_n:.4g} {unit}"
+    return f"{arrow.name} {factor * arrow.force_n:.4g} {unit}"
+
+
+def _arrow(arrow: Arrow, tip: float, long: float) -> tuple[charts.Mark, ...]:
+    """A line, and the head with which it touches the shaft."""
+    look, said = _SUPPORT if arrow.of_support else _GIVEN, _said(arrow)
     head = charts.Look(look.color, "", "triangle-up" if long > 0.0 else "triangle-down", 11.0)
     kind = "force of a bearing" if arrow.of_support else "load"
     place = np.array([arrow.axial_m, arrow.axial_m])
@@ -112,7 +121,6 @@ def _arrow(
             x=place, y=tip - np.array([long, 0.0]), name=kind, look=look, texts=[said] * 2
         ),
         charts.Curve(x=place[:1], y=np.array([tip]), look=head, texts=[said]),
-        named(arrow.axial_m, tip - long, said),
     )
 
 

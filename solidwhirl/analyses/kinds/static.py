@@ -330,10 +330,12 @@ def _loaded(document: Mapping[str, Any], state: Mapping[str, Any], k: int) -> Lo
         )
         for load in state["loads"]
     ]
+    acting = [*state["bearings"].values(), *state["loads"]]
     return LoadedState(
         label=f"{base.number_text(state['speed_rpm'])} rpm",
         lines=list(lines.values()),
         arrows=arrows,
+        largest_n=max((float(np.hypot(*own["force_n"][:2])) for own in acting), default=0.0),
     )
 
 

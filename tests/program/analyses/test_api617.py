@@ -24,7 +24,7 @@ pytestmark = pytest.mark.solver
 
 COMPRESSOR = Path(__file__).parents[3] / "scenes" / "compressor.toml"
 RPM = np.pi / 30.0
-LOW, HIGH, TRIP = 9300.0, 11500.0, 1.05 * 11500.0
+LOW, HIGH, TRIP = 9700.0, 11500.0, 1.05 * 11500.0
 
 
 @cache

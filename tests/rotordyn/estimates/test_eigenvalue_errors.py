@@ -90,7 +90,7 @@ def test_estimates_are_the_true_errors_to_first_order(full, options, speed):
 def test_errors_of_decrements(full, options):
     """Against the decrements of the whole body, of modes with enough damping to lose some."""
     held = _supports(7e7, **options)
-    exact, modes, system = _both(full, truncated(full, 16), held, 500.0)
+    exact, modes, system = _both(full, truncated(full, 22), held, 500.0)
     near = np.abs(exact.eigenvalues[:, None] - modes.eigenvalues[:4]).argmin(axis=0)
     true = np.abs(exact.log_decrement[near] - modes.log_decrement[:4])
     np.testing.assert_allclose(decrement_errors(system, modes)[:4], true, rtol=0.1, atol=1e-10)
