@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from itertools import pairwise
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from solidwhirl.rotordyn.assembly.system import (
     gravity_load,
     matrices_at_speed,
 )
+from solidwhirl.rotordyn.core.arrays import ComplexArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.critical_speeds.undamped import undamped_critical_speeds
 from solidwhirl.rotordyn.modes.whirl import unbalance_excitation
@@ -24,7 +24,7 @@ from solidwhirl.rotordyn.superelement.record import Superelement
 
 # Bearings below this part of the stiffest one do not carry a shaft.
 _CARRIES = 0.01
-# How far above a speed the first critical speed on rigid supports is sought, times that speed.
+# How far above a speed the first critical speed is sought, times that speed.
 _FARTHEST = 64.0
 
 
@@ -149,18 +149,33 @@ def _weighing_beyond_kg(element: Superelement, low_m: float, high_m: float) -> t
     )
 
 
+def excited_critical_speeds(
+    assembled: AssembledSystem, shaft: str, limit_rad_s: float
+) -> list[tuple[float, ComplexArray]]:
+    """Return undamped critical speeds that unbalance of a shaft excites, with shapes (n,).
+
+    Speeds of the shaft itself up to a limit, rising; if there is none, the first one beyond, sought
+    up to 64 times the limit.
+    """
+    bodies = shaft_bodies(assembled, shaft)
+    ratio = abs(assembled.system.rotors[shaft].speed_ratio)
+    for limit in limit_rad_s * 2.0 ** np.arange(0.0, np.log2(_FARTHEST) + 1.0):
+        speeds, shapes = undamped_critical_speeds(assembled, ratio, limit / ratio)
+        found = [
+            (float(ratio * speed), shape)
+            for speed, shape in zip(speeds, shapes.T, strict=True)
+            if speed > 0.0 and unbalance_excitation(assembled, shape, bodies).excited
+        ]
+        if found:
+            return found if limit == limit_rad_s else found[:1]
+    return []
+
+
 def first_critical_speed_rad_s(rigid: AssembledSystem, shaft: str, near_rad_s: float) -> float:
     """Return the first undamped critical speed of a shaft on rigid supports, of the shaft itself.
 
     `rigid`: of `on_rigid_supports`; `near_rad_s`: a speed of the shaft, from which on it is sought
     upward to 64 times that. Unbalance must excite it. Returns inf if there is none.
     """
-    bodies = shaft_bodies(rigid, shaft)
-    ratio = abs(rigid.system.rotors[shaft].speed_ratio)
-    limits = near_rad_s / ratio * 2.0 ** np.arange(1.0, np.log2(_FARTHEST) + 1.0)
-    for begin, end in pairwise((0.0, *limits)):
-        speeds, shapes = undamped_critical_speeds(rigid, ratio, end)
-        for speed, shape in zip(speeds, shapes.T, strict=True):
-            if speed >= begin and unbalance_excitation(rigid, shape, bodies).excited:
-                return float(ratio * speed)
-    return float("inf")
+    found = excited_critical_speeds(rigid, shaft, near_rad_s)
+    return found[0][0] if found else float("inf")

@@ -75,8 +75,8 @@ def draw_charts(drawn: Sequence[charts.Chart], path: str | Path, title: str) -> 
         for (chart, name), axes in zip(row, own, strict=False):
             _draw(figure, axes, chart)
             lines = name.replace(", ", ",\n", 1).split("\n")
-            title = "\n".join(fill(line, _ACROSS // columns) for line in lines)
-            axes.set_title(title, fontsize=frame.TEXT_PT)
+            own_title = "\n".join(fill(line, _ACROSS // columns) for line in lines)
+            axes.set_title(own_title, fontsize=frame.TEXT_PT)
             if columns > 1:
                 axes.set_xlabel(fill(axes.get_xlabel(), _ACROSS // columns))
             if same_x and number + 1 < len(rows):

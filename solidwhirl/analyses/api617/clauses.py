@@ -47,13 +47,13 @@ def verdict_of(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     word = "pass"
     if "fail" in verdicts:
         word = "fail"
-    elif "undecided" in verdicts:
+    elif "undecided" in verdicts or "pass" not in verdicts:
         word = "undecided"
     judged = [r for r in rows if r["to_spare"] is not None and r["verdict"] in ("pass", "fail")]
     worst = min(judged, key=lambda row: row["to_spare"], default=None)
     decisive = worst
     if word == "undecided":
-        decisive = next(row for row in rows if row["verdict"] == "undecided")
+        decisive = next((row for row in rows if row["verdict"] == "undecided"), None)
     return {
         "verdict": word,
         "passed": word == "pass",

@@ -64,6 +64,8 @@ _LEVELS = {
 }
 # Eigenproblems of the stability analysis, and cases of unbalance, about.
 _FOLLOWED, _CASES = 15.0, 3.0
+# Names of pictures, and of the laws of the scene.
+_TAKEN = ("stability", OWN.replace(" ", "_"))
 # Sets of bearing laws beside that of the scene.
 _MOST_CASES = 20
 _Part = Annotated[float, Field(gt=0, le=1, strict=True)]
@@ -115,7 +117,7 @@ class Api617Spec(base.Analysis):
     @model_validator(mode="after")
     def _unlike(self) -> Api617Spec:
         files = [case.file_part.lower() for case in self.cases]
-        again = sorted({part for part in files if files.count(part) > 1 or part == "stability"})
+        again = sorted({part for part in files if files.count(part) > 1 or part in _TAKEN})
         if again:
             raise ValueError(
                 f"cases: {again[0]!r} would name a picture twice; give each case a name of its own"
