@@ -158,7 +158,8 @@ def _cross_coupling_chart(levels: Mapping[str, Mapping[str, Any]]) -> charts.Cha
         ),
     ]  # fmt: skip
     for number, (name, level) in enumerate(levels.items()):
-        marks += _damping_curves(level, factor, number, f", {name}" if len(levels) > 1 else "")
+        of_set = f", {name}" if len(levels) > 1 else ""
+        marks += _damping_curves(level, (unit, factor), number, of_set)
     return charts.Chart(
         name="api617-stability",
         title="Damping over applied cross-coupling",
@@ -174,9 +175,10 @@ def _cross_coupling_chart(levels: Mapping[str, Mapping[str, Any]]) -> charts.Cha
 
 
 def _damping_curves(
-    level: Mapping[str, Any], factor: float, number: int, of_set: str
+    level: Mapping[str, Any], scale: tuple[str, float], number: int, of_set: str
 ) -> list[charts.Part]:
     """One set of bearing laws: its curve, its point at QA, and where stability is lost."""
+    unit, factor = scale
     look = replace(charts.series_look(number), mark="")
     applied, lost = numbers(level["applied_n_per_m"]), level["lost_at_n_per_m"]
     found: list[charts.Part] = [
@@ -188,7 +190,7 @@ def _damping_curves(
         charts.Curve(
             x=np.array([factor * level["expected_n_per_m"]]),
             y=np.array([level["log_decrement_at_expected"]]),
-            name="" if number else f"at QA = {factor * level['expected_n_per_m']:.3g}",
+            name="" if number else f"at QA = {factor * level['expected_n_per_m']:.3g} {unit}",
             look=replace(charts.RING, color=look.color),
         ),
     ]  # fmt: skip
@@ -196,7 +198,7 @@ def _damping_curves(
         found.append(
             charts.Curve(
                 x=np.array([factor * lost]), y=np.zeros(1),
-                name=f"Q0 = {factor * lost:.4g}{of_set}",
+                name=f"Q0 = {factor * lost:.4g} {unit}{of_set}",
                 look=charts.Look(look.color, "", "x", 10.0),
             )
         )  # fmt: skip
