@@ -25,7 +25,9 @@ from solidwhirl.geometry.mass_properties import (
     feature_material,
     mass_by_material_kg,
     mass_properties,
+    masses_beyond_kg,
     section_mass_properties,
+    sections_beyond_kg,
 )
 from solidwhirl.geometry.materials import MATERIALS, Material
 from solidwhirl.geometry.meridian.fillet_merge import merge_fillets
@@ -78,11 +80,13 @@ __all__ = [
     "layout_of",
     "mass_by_material_kg",
     "mass_properties",
+    "masses_beyond_kg",
     "merge_fillets",
     "mirror_angle",
     "offsets_rad",
     "places_rad",
     "section_mass_properties",
+    "sections_beyond_kg",
     "sector_count",
     "side_view",
     "stage_group_blades",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -76,6 +76,51 @@ def mass_properties(body: Body) -> MassProperties:
     masters = {interface.name: interface.position_m[2] for interface in body.interfaces}
     disks = (_disk_mass_properties(disk, masters[disk.interface]) for disk in body.rigid_disks)
     return _combine([*(part for _, part in parts), *disks])
+
+
+def masses_beyond_kg(body: Body, low_m: float, high_m: float) -> tuple[float, float]:
+    """Return the masses of a body below one place along the axis and above another, kg.
+
+    `low_m`, `high_m`: where sections are cut; fillets, features and rigid disks count where their
+    centre of gravity is. Raises GeometryError as `mass_properties`.
+    """
+    masters = {interface.name: interface.position_m[2] for interface in body.interfaces}
+    whole = [part for _, part in _meshed_parts(body)[len(body.sections) :]]
+    whole += [_disk_mass_properties(disk, masters[disk.interface]) for disk in body.rigid_disks]
+    lumps = [(part.mass_kg, float(part.center_of_gravity_m[2])) for part in whole]
+    below, above = sections_beyond_kg(body.sections, low_m, high_m)
+    return (
+        below + math.fsum(mass for mass, place in lumps if place < low_m),
+        above + math.fsum(mass for mass, place in lumps if place > high_m),
+    )
+
+
+def sections_beyond_kg(
+    sections: Sequence[Section], low_m: float, high_m: float
+) -> tuple[float, float]:
+    """Return the masses of sections below one place along the axis and above another, kg."""
+    below, above = (
+        [section_mass_properties(part).mass_kg for s in sections for part in _between(s, *ends)]
+        for ends in ((-math.inf, low_m), (high_m, math.inf))
+    )
+    return math.fsum(below), math.fsum(above)
+
+
+def _between(section: Section, low_m: float, high_m: float) -> tuple[Section, ...]:
+    """The part of a section between two places; nothing if there is none."""
+    start, end = max(section.start_m, low_m), min(section.end_m, high_m)
+    if end <= start:
+        return ()
+    (inner_0, outer_0), (inner_1, outer_1) = section.radii_at(start), section.radii_at(end)
+    return (
+        replace(
+            section,
+            start_m=start,
+            end_m=end,
+            inner_radius_m=(inner_0, inner_1),
+            outer_radius_m=(outer_0, outer_1),
+        ),
+    )
 
 
 def mass_by_material_kg(body: Body) -> dict[str, float]:

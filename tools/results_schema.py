@@ -23,7 +23,7 @@ NAMED = {
     *("interfaces", "settings", "stages", "files", "couplings", "shafts", "limits", "bearings"),
     *("peaks", "bodies_of_several_materials", "assembled", "solved", "timings_s", "error_parts"),
     *("sidebands_m", "analyses_cpu_s", "dense_problems", "body_problems", "gear_forces_n"),
-    "law_loads",
+    *("law_loads", "bearing_cases", "laws"),
 }
 _TYPES = {str: "string", bool: "boolean", int: "number", float: "number", type(None): "null"}
 

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from solidwhirl.rotordyn.assembly.system import AssembledSystem, matrices_at_speed
+from solidwhirl.rotordyn.assembly.system import (
+    AssembledSystem,
+    at_whirl_ratio,
+    matrices_at_speed,
+)
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.critical_speeds.speed_roots import SpeedRoots, speed_roots
@@ -23,8 +27,10 @@ def undamped_critical_speeds(
 ) -> tuple[FloatArray, ComplexArray]:
     """Return the critical speeds and shapes without damping, by rising speed.
 
-    `ratio`, `limit`: |α| and the largest Ω. Returns Ω, shape (m,), and φ, shape (n, m).
+    `ratio`, `limit`: |α| and the largest Ω. Bearings are as they are at the frequency |αΩ|. Returns
+    Ω, shape (m,), and φ, shape (n, m).
     """
+    assembled = at_whirl_ratio(assembled, ratio)
     speeds, shapes = [], []
     for pencil in separate_pencils(assembled, ratio):
         found = _speeds_of(pencil, assembled.body_rate, limit)

@@ -92,6 +92,20 @@ def frequency_errors(assembled: AssembledSystem, modes: Modes) -> FrequencyError
     return FrequencyErrors(parts=parts, bodies_without_estimate=bodies_without_forms(assembled))
 
 
+def decrement_errors(assembled: AssembledSystem, modes: Modes) -> FloatArray:
+    """Estimate the errors of the logarithmic decrements of modes at one speed, (m,), absolute.
+
+    δ = −2π Re s / Im s changes by −2π (Re δs − Re s Im δs / Im s) / Im s with the δs of each part
+    of `eigenvalue_shifts`; the sizes are summed. Bodies without error forms add nothing.
+    """
+    shifts = eigenvalue_shifts(assembled, modes)
+    rates = modes.eigenvalues
+    slope = rates.real / rates.imag
+    changes = {part: np.abs(s.real - slope * s.imag) for part, s in shifts.parts.items()}
+    changes["eigen_solver"] = shifts.solver * np.hypot(1.0, slope)
+    return np.asarray(2.0 * np.pi * sum_of_parts(changes) / rates.imag)
+
+
 def error_scale(assembled: AssembledSystem, rates: npt.ArrayLike) -> FloatArray:
     """Return what errors of eigenvalues are measured against.
 

@@ -120,9 +120,7 @@ def unbalance_peak_errors(
     With z of Dᵀz = l, l the gradient of the amplitude, the pole moves by
     zᵀ(E − Ω²ΔK2)u / (zᵀ(dD/dΩ)u), dD/dΩ along ω = αΩ, and the summit changes by Re zᵀ(E − Ω²ΔK2)u.
     """
-    x, y = (interface_row(assembled, node.body, node.interface, c) for c in ("ux", "uy"))
-    circles = np.stack((0.5 * (x + 1j * y), 0.5 * (x - 1j * y)))
-    return _over_speed(assembled, unbalances, circles.astype(complex), peaks)
+    return _over_speed(assembled, unbalances, _circles(assembled, node), peaks)
 
 
 def probe_peak_errors(
@@ -137,9 +135,43 @@ def probe_peak_errors(
     `direction_rad`: in which the probe looks, from +x towards +y; `peaks`: of the amplitude along
     it over the speed Ω.
     """
+    return _over_speed(assembled, unbalances, _probe(assembled, node, direction_rad), peaks)
+
+
+def amplitude_error(
+    assembled: AssembledSystem,
+    unbalances: Sequence[Unbalance],
+    node: End,
+    direction_rad: float | None,
+    speed_rad_s: float,
+) -> float:
+    """Estimate the relative error of the amplitude of an unbalance response at one speed Ω.
+
+    `unbalances`, `node`: as of `unbalance_peak_errors`; `direction_rad`: of a probe, None for the
+    major half axis of the orbit. Bodies without error forms add nothing.
+    """
+    rows = (
+        _circles(assembled, node)
+        if direction_rad is None
+        else _probe(assembled, node, direction_rad)
+    )
+    solved = _solved(assembled, _unbalance_sweep(assembled, unbalances, rows), speed_rad_s)
+    changes, solver = _changes(assembled, solved)
+    sizes = {part: np.abs(change.real) for part, change in changes.items()}
+    return float(sum_of_parts(sizes) + solver) / solved.amplitude
+
+
+def _circles(assembled: AssembledSystem, node: End) -> ComplexArray:
+    """Rows whose Σ |row u| is the major half axis of an orbit."""
+    x, y = (interface_row(assembled, node.body, node.interface, c) for c in ("ux", "uy"))
+    return np.asarray(np.stack((0.5 * (x + 1j * y), 0.5 * (x - 1j * y))), dtype=complex)
+
+
+def _probe(assembled: AssembledSystem, node: End, direction_rad: float) -> ComplexArray:
+    """Row of the motion along a direction."""
     x, y = (interface_row(assembled, node.body, node.interface, c) for c in ("ux", "uy"))
     seen = np.cos(direction_rad) * x + np.sin(direction_rad) * y
-    return _over_speed(assembled, unbalances, seen[None].astype(complex), peaks)
+    return np.asarray(seen[None], dtype=complex)
 
 
 def _over_speed(
@@ -149,6 +181,13 @@ def _over_speed(
     peaks: Sequence[ResonancePeak],
 ) -> PeakErrors:
     """Errors of peaks of Σ |row u| over the speed, rows (r, n)."""
+    return _peak_errors(assembled, _unbalance_sweep(assembled, unbalances, rows), peaks)
+
+
+def _unbalance_sweep(
+    assembled: AssembledSystem, unbalances: Sequence[Unbalance], rows: ComplexArray
+) -> _Sweep:
+    """The sweep of an unbalance response over the speed."""
     ratios = [frequency_ratio(assembled, unbalance) for unbalance in unbalances]
     if not ratios or max(ratios) - min(ratios) > _SAME_RATIO * max(ratios):
         raise AnalysisError(
@@ -166,7 +205,7 @@ def _over_speed(
 
         return _Point(speed, omega, omega**2 * pattern, slope)
 
-    return _peak_errors(assembled, _Sweep(at, rows, tuple(assembled.knots_rad_s)), peaks)
+    return _Sweep(at, rows, tuple(assembled.knots_rad_s))
 
 
 def harmonic_peak_errors(

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from itertools import pairwise
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -16,14 +15,16 @@ from solidwhirl.rotordyn.assembly.system import (
     gravity_load,
     matrices_at_speed,
 )
+from solidwhirl.rotordyn.core.arrays import ComplexArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.critical_speeds.undamped import undamped_critical_speeds
 from solidwhirl.rotordyn.modes.whirl import unbalance_excitation
 from solidwhirl.rotordyn.response.static import static_equilibrium
+from solidwhirl.rotordyn.superelement.record import Superelement
 
 # Bearings below this part of the stiffest one do not carry a shaft.
 _CARRIES = 0.01
-# How far above a speed the first critical speed on rigid supports is sought, times that speed.
+# How far above a speed the first critical speed is sought, times that speed.
 _FARTHEST = 64.0
 
 
@@ -109,25 +110,65 @@ def journal_loads_kg(rigid: AssembledSystem, names: Sequence[str]) -> dict[str, 
 
 
 def overhung_masses_kg(
-    assembled: AssembledSystem, shaft: str, seats: Mapping[str, End]
+    assembled: AssembledSystem,
+    shaft: str,
+    seats: Mapping[str, End],
+    masses_beyond: Callable[[str, float, float], tuple[float, float] | None] = lambda *_: None,
 ) -> tuple[float, float]:
-    """Return the masses beyond the first and beyond the last journal, kg.
+    """Return the masses beyond the middles of the first and of the last journal, kg.
 
-    They are what weighs on the interfaces beyond. What lies between an interface and the journal is
-    shared by both as their static deflections are, and only the part of the interface counts.
+    `masses_beyond`: of a body below one place along the axis and above another, m, as it is drawn;
+    None of one without a drawing. A rigid body then counts where its centre of gravity is, and of
+    others counts what weighs on the interfaces beyond: what lies between an interface and the
+    journal is shared by both as their static deflections are, so that this is too little.
     """
     ends = [axial_m(assembled, seat) for seat in seats.values()]
-    below = above = 0.0
-    for body in shaft_bodies(assembled, shaft):
-        element = assembled.system.rotors[body].element
-        weight = element.mass @ element.rigid_body_modes[:, 1]
-        for node in element.interfaces:
-            if "uy" not in element.components_at(node.name):
-                continue
-            own = float(weight[element.interface_index(node.name, "uy")])
-            below += own if node.position_m[2] < ends[0] else 0.0
-            above += own if node.position_m[2] > ends[-1] else 0.0
+    found = [
+        masses_beyond(body, ends[0], ends[-1])
+        or _weighing_beyond_kg(assembled.system.rotors[body].element, ends[0], ends[-1])
+        for body in shaft_bodies(assembled, shaft)
+    ]
+    below, above = (sum(side) for side in zip(*found, strict=True))
     return max(below, 0.0), max(above, 0.0)
+
+
+def _weighing_beyond_kg(element: Superelement, low_m: float, high_m: float) -> tuple[float, float]:
+    """Masses on interfaces below one place and above another, by the mass matrix of a body."""
+    if element.level == "lumped":
+        place = float(element.center_of_gravity_m[2])
+        return element.mass_kg * (place < low_m), element.mass_kg * (place > high_m)
+    weight = element.mass @ element.rigid_body_modes[:, 1]
+    own = [
+        (float(node.position_m[2]), float(weight[element.interface_index(node.name, "uy")]))
+        for node in element.interfaces
+        if "uy" in element.components_at(node.name)
+    ]
+    return (
+        sum(mass for place, mass in own if place < low_m),
+        sum(mass for place, mass in own if place > high_m),
+    )
+
+
+def excited_critical_speeds(
+    assembled: AssembledSystem, shaft: str, limit_rad_s: float
+) -> list[tuple[float, ComplexArray]]:
+    """Return undamped critical speeds that unbalance of a shaft excites, with shapes (n,).
+
+    Speeds of the shaft itself up to a limit, rising; if there is none, the first one beyond, sought
+    up to 64 times the limit.
+    """
+    bodies = shaft_bodies(assembled, shaft)
+    ratio = abs(assembled.system.rotors[shaft].speed_ratio)
+    for limit in limit_rad_s * 2.0 ** np.arange(0.0, np.log2(_FARTHEST) + 1.0):
+        speeds, shapes = undamped_critical_speeds(assembled, ratio, limit / ratio)
+        found = [
+            (float(ratio * speed), shape)
+            for speed, shape in zip(speeds, shapes.T, strict=True)
+            if speed > 0.0 and unbalance_excitation(assembled, shape, bodies).excited
+        ]
+        if found:
+            return found if limit == limit_rad_s else found[:1]
+    return []
 
 
 def first_critical_speed_rad_s(rigid: AssembledSystem, shaft: str, near_rad_s: float) -> float:
@@ -136,12 +177,5 @@ def first_critical_speed_rad_s(rigid: AssembledSystem, shaft: str, near_rad_s: f
     `rigid`: of `on_rigid_supports`; `near_rad_s`: a speed of the shaft, from which on it is sought
     upward to 64 times that. Unbalance must excite it. Returns inf if there is none.
     """
-    bodies = shaft_bodies(rigid, shaft)
-    ratio = abs(rigid.system.rotors[shaft].speed_ratio)
-    limits = near_rad_s / ratio * 2.0 ** np.arange(1.0, np.log2(_FARTHEST) + 1.0)
-    for begin, end in pairwise((0.0, *limits)):
-        speeds, shapes = undamped_critical_speeds(rigid, ratio, end)
-        for speed, shape in zip(speeds, shapes.T, strict=True):
-            if speed >= begin and unbalance_excitation(rigid, shape, bodies).excited:
-                return float(ratio * speed)
-    return float("inf")
+    found = excited_critical_speeds(rigid, shaft, near_rad_s)
+    return found[0][0] if found else float("inf")

@@ -12,9 +12,11 @@ from solidwhirl.rotordyn.assembly.coordinates import interface_row
 from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.core.arrays import ComplexArray
-from solidwhirl.rotordyn.critical_speeds.undamped import undamped_critical_speeds
-from solidwhirl.rotordyn.lateral.rigid_supports import axial_m, shaft_bodies
-from solidwhirl.rotordyn.modes.whirl import unbalance_excitation
+from solidwhirl.rotordyn.lateral.rigid_supports import (
+    axial_m,
+    excited_critical_speeds,
+    shaft_bodies,
+)
 from solidwhirl.rotordyn.response.unbalance import Unbalance
 from solidwhirl.rotordyn.standards.api617_lateral import residual_unbalance_kg_m
 
@@ -85,21 +87,17 @@ def unbalance_cases(
     """Return the unbalances that excite the modes of a shaft up to a speed the most.
 
     `limit_rad_s`: of the shaft itself. Modes are undamped critical speeds that its unbalance
-    excites, weights stand at the interfaces where they move most. Each case is of all modes that
-    ask for the same weights.
+    excites, the first one beyond the limit if there is none below it; weights stand at the
+    interfaces where they move most. Each case is of all modes that ask for the same weights.
     """
-    ratio = abs(assembled.system.rotors[shaft].speed_ratio)
     bodies = shaft_bodies(assembled, shaft)
-    speeds, shapes = undamped_critical_speeds(assembled, ratio, limit_rad_s / ratio)
     found: dict[tuple[tuple[str, bool], ...], UnbalanceCase] = {}
-    for speed, shape in zip(speeds, shapes.T, strict=True):
-        if not speed > 0.0 or not unbalance_excitation(assembled, shape, bodies).excited:
-            continue
+    for speed, shape in excited_critical_speeds(assembled, shaft, limit_rad_s):
         antinodes = _shape_along(assembled, bodies, shape)
         for case in _cases_of(antinodes, assembled, journals, rules):
             key = tuple((u.end.label, u.phase_rad > 0.0) for u in case.unbalances)
             known = found.get(key, case)
-            found[key] = replace(known, modes_rad_s=(*known.modes_rad_s, float(ratio * speed)))
+            found[key] = replace(known, modes_rad_s=(*known.modes_rad_s, speed))
     return tuple(found.values())
 
 

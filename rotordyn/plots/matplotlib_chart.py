@@ -25,6 +25,8 @@ _WIDTH_PT, _SIZE_PT = 0.75, 0.58
 _BESIDE = 60
 # Axes that span less than this factor have more numbers than powers of ten.
 _FEW = 100.0
+# Letters of titles of frames side by side.
+_ACROSS = 72
 # Colours of a map below this part of the largest are the same.
 _DARKEST = 1e-4
 # Marks along a curve, and frames side by side.
@@ -72,7 +74,11 @@ def draw_charts(drawn: Sequence[charts.Chart], path: str | Path, title: str) -> 
             axes.set_visible(False)
         for (chart, name), axes in zip(row, own, strict=False):
             _draw(figure, axes, chart)
-            axes.set_title(name.replace(", ", ",\n", 1), fontsize=frame.TEXT_PT)
+            lines = name.replace(", ", ",\n", 1).split("\n")
+            own_title = "\n".join(fill(line, _ACROSS // columns) for line in lines)
+            axes.set_title(own_title, fontsize=frame.TEXT_PT)
+            if columns > 1:
+                axes.set_xlabel(fill(axes.get_xlabel(), _ACROSS // columns))
             if same_x and number + 1 < len(rows):
                 axes.set_xlabel("")
             if axes is not own[0] and chart.y is row[0][0].y:
@@ -363,6 +369,7 @@ def _draw_rule(axes: Axes, rule: charts.Rule) -> None:
             xycoords=coordinates if along_x else coordinates[::-1], textcoords="offset points",
             rotation=90 if along_x else 0, ha="right" if along_x else "left", va="bottom",
             fontsize=frame.SMALL_PT,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.4},
         )  # fmt: skip
 
 

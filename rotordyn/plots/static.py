@@ -13,7 +13,7 @@ from solidwhirl.rotordyn.plots import chart as charts
 
 # Length of the largest arrow beside the range of the deflections.
 _LONGEST = 0.35
-# Forces below this fraction of the largest are none.
+# Forces below this fraction of the largest of all directions are none.
 _NONE = 1e-6
 # Room of a letter and of an edge along x, of a row along y and of all rows, as parts of the frame.
 _LETTER, _EDGE, _ROW, _MOST_ROWS = 0.0125, 0.01, 0.05, 0.6
@@ -50,6 +50,8 @@ class LoadedState:
     label: str
     lines: Sequence[LoadedLine]
     arrows: Sequence[Arrow]
+    #: Largest force in any direction, N
+    largest_n: float
 
 
 def static_chart(direction: str, states: Sequence[LoadedState]) -> charts.Chart:
@@ -105,7 +107,7 @@ def _arrows(state: LoadedState, factor: float) -> list[_Drawn]:
     # the line without deflection is seen too
     span = float(np.ptp(np.concatenate([*every, np.zeros(1)]))) or 1.0
     largest = max((abs(arrow.force_n) for arrow in state.arrows), default=0.0)
-    shown = [arrow for arrow in state.arrows if abs(arrow.force_n) > _NONE * largest]
+    shown = [arrow for arrow in state.arrows if abs(arrow.force_n) > _NONE * state.largest_n]
     found = []
     for arrow in sorted(shown, key=lambda arrow: (not arrow.of_support, arrow.force_n < 0.0)):
         unit, scale = charts.metric(arrow.force_n, "N")

@@ -146,6 +146,11 @@ class Engine:
     analyses: Mapping[str, Analysis]
     #: Makes the recovery of a body by its name (`reduction.recovery.stresses`)
     recoveries: Callable[[str], Any]
+    #: Makes the engine with other speed laws, by the names of bearings and of laws
+    with_laws: Callable[[Mapping[str, str]], AssembledSystem]
+    #: Masses of a body below one place along the axis and above another, m, as it is drawn; None of
+    #: one without a drawing
+    masses_beyond: Callable[[str, float, float], tuple[float, float] | None]
     #: Makes what cyclic indices of a body are reduced from, by its name
     #: (`solidwhirl.analyses.nodal_diameters.results.CyclicSource`)
     cyclic: Callable[[str], Any]

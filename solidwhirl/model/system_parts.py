@@ -74,6 +74,15 @@ def engine_of(scene: Scene, plan: Plan, elements: Mapping[str, Superelement]) ->
     return assembled({}) if case is None else at_static_loads(scene, case, assembled)
 
 
+def with_speed_laws(scene: Scene, laws: Mapping[str, str]) -> Scene:
+    """Return a scene with other speed laws, by the names of bearings and of laws."""
+    bearings = (
+        spec.model_copy(update={"speed_law": laws.get(spec.name, spec.speed_law)})
+        for spec in scene.bearings
+    )
+    return scene.model_copy(update={"bearings": tuple(bearings)})
+
+
 def rotating_engine_of(
     scene: Scene, plan: Plan, elements: Mapping[str, Superelement]
 ) -> RotatingSystem | None:

@@ -26,7 +26,8 @@ from solidwhirl.estimates.peaks import with_peak_estimates
 from solidwhirl.estimates.results import BeamVariants, Estimates, estimate_errors
 from solidwhirl.geometry import Body
 from solidwhirl.model.balance_grades import with_moments
-from solidwhirl.model.system_parts import engine_of, rotating_engine_of
+from solidwhirl.model.drawn_masses import masses_beyond_kg
+from solidwhirl.model.system_parts import engine_of, rotating_engine_of, with_speed_laws
 from solidwhirl.pipeline.asymmetry import (
     Asymmetry,
     asymmetry_of,
@@ -40,6 +41,7 @@ from solidwhirl.pipeline.cyclic_bodies import cyclic_source
 from solidwhirl.rotordyn import (
     AnalysisError,
     AssembledSystem,
+    AssemblyError,
     Campbell,
     CriticalSpeed,
     Modes,
@@ -251,6 +253,8 @@ def analyses_of(
         campbell_max_hz=scene.campbell.frequency_max_hz,
         analyses={a.label: a for a in scene.analyses},
         recoveries=_recoveries_of(job, engine.reduced),
+        with_laws=partial(_with_laws, engine),
+        masses_beyond=partial(masses_beyond_kg, scene),
         cyclic=partial(cyclic_source, job, engine.reduced),
         levels=levels,
     )
@@ -275,6 +279,15 @@ def analyses_of(
                 raise AnalysisError(f"analyses[{k}] ({spec.label}): {error}") from error
         outcomes[spec.label] = spec.told(outcome, seen_by_analyses, picture)
     return outcomes
+
+
+def _with_laws(engine: Engine, laws: Mapping[str, str]) -> AssembledSystem:
+    """The same engine with other speed laws at some bearings."""
+    scene = with_speed_laws(engine.job.scene, laws)
+    try:
+        return engine_of(scene, engine.job.plan, engine.elements)
+    except AssemblyError as error:
+        raise AnalysisError(f"with the laws {dict(laws)}: {error}") from error
 
 
 def _recoveries_of(job: Job, reduced: Mapping[str, BodyResult]) -> Callable[[str], Any]:

@@ -126,6 +126,13 @@ def _api617_problems(scene: Scene, spec: Api617Spec) -> Iterator[str]:
     for k, name in used:
         if [other for _, other in used].count(name) > 1:
             yield f"level_2[{k}].bearings: {name!r} stands in more than one group"
+    known = [stage.at for stage in spec.stages]
+    staged = [(k, at) for k, source in enumerate(spec.level_2) for at in source.stages]
+    for k, at in staged:
+        if at not in known:
+            yield f"level_2[{k}].stages: {unknown('place of stages', at, known)}"
+        elif known.count(at) > 1 or [other for _, other in staged].count(at) > 1:
+            yield f"level_2[{k}].stages: {at!r} is the place of several stages or groups"
 
 
 def _nodal_problems(scene: Scene, spec: NodalDiametersSpec) -> Iterator[str]:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from solidwhirl.analyses.kinds.api617 import Api617Spec
 from solidwhirl.core.errors import repeated, unknown
 from solidwhirl.core.fields import alike_in_files
 from solidwhirl.scene.bearing_physics import AbsoluteLaw, ShortBearingLawSpec
@@ -44,8 +45,25 @@ def reference_problems(scene: Scene) -> list[str]:
     problems += _load_problems(scene)
     for k, gear in enumerate(scene.gears):
         problems += [f"gears[{k}].{text}" for text in _gear_problems(scene, gear, places)]
-    problems += [*analysis_problems(scene), *recovery_problems(scene)]
+    problems += [*analysis_problems(scene), *_case_problems(scene), *recovery_problems(scene)]
     return problems or load_problems(scene)
+
+
+def _case_problems(scene: Scene) -> Iterator[str]:
+    """Sets of bearing laws of analyses that name what is not there, or can not be."""
+    bearings = {b.name: b for b in scene.bearings}
+    for a, analysis in enumerate(scene.analyses):
+        for k, case in enumerate(analysis.cases if isinstance(analysis, Api617Spec) else ()):
+            where = f"analyses[{a}].cases[{k}].laws"
+            for name, law in case.laws.items():
+                if name not in bearings:
+                    yield f"{where}: {unknown('bearing', name, list(bearings))}"
+                elif bearings[name].speed_law is None:
+                    yield f"{where}.{name}: the bearing has no speed_law in the scene; give it one"
+                else:
+                    other = bearings[name].model_copy(update={"speed_law": law})
+                    found = _law_problems(scene, other)
+                    yield from (f"{where}.{name}: {t.removeprefix('speed_law: ')}" for t in found)
 
 
 def _alike_analyses(names: Sequence[str]) -> Iterator[str]:

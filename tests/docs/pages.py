@@ -10,7 +10,7 @@ PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
 # Pages whose commands are run block by block in test_commands.py. A mark before a block says when:
 # <!-- test --> with all tests, <!-- test: verify --> with the long ones, after all blocks that
 # stand before it. Commands without a mark, and those of other pages: test_other_commands.py.
-FOLLOWED = ("README.md", "docs/tutorial.md", "docs/howto.md")
+FOLLOWED = ("README.md", "docs/tutorial.md", "docs/howto.md", "docs/audited_page.md")
 FENCE = re.compile(
     r"^(?:<!-- (test[^>]*?) -->\n)?```([^\n]*)\n(.*?)^```$", re.DOTALL | re.MULTILINE
 )

@@ -16,6 +16,7 @@ from solidwhirl.geometry import (
     RigidDisk,
     mass_by_material_kg,
     mass_properties,
+    masses_beyond_kg,
     section_mass_properties,
     subdivide,
 )
@@ -218,3 +219,23 @@ def test_refusals():
 def test_centre_of_gravity_is_read_only():
     with pytest.raises(ValueError, match="read-only"):
         mass_properties(shaft_and_disk()).center_of_gravity_m[2] = 1.0
+
+
+def test_masses_beyond_places_along_the_axis():
+    """A truncated cone cut where its radius is known: π ρ h (a² + ab + b²) / 3, and a disk."""
+    cone = section("cone", 0.0, 0.4, 0.0, (0.02, 0.06))
+    drawn = body(cone, interfaces=(interface("hub", "section", 0.35),))
+    disk = RigidDisk(
+        name="disk", interface="hub", mass_kg=3.0, polar_inertia_kg_m2=0.02,
+        diametral_inertia_kg_m2=0.01,
+    )  # fmt: skip
+
+    def volume(a, b, height):
+        return math.pi * height * (a * a + a * b + b * b) / 3.0
+
+    density = drawn.sections[0].material.density_kg_per_m3
+    below, above = masses_beyond_kg(replace(drawn, rigid_disks=(disk,)), 0.1, 0.3)
+    assert below == pytest.approx(density * volume(0.02, 0.03, 0.1), rel=ROUND_OFF)
+    assert above == pytest.approx(density * volume(0.05, 0.06, 0.1) + 3.0, rel=ROUND_OFF)
+    both = masses_beyond_kg(drawn, 0.17, 0.17)
+    assert sum(both) == pytest.approx(mass_properties(drawn).mass_kg, rel=ROUND_OFF)

@@ -24,16 +24,21 @@ _CLAUSES: dict[str, dict[Edition, str]] = {
 
 
 def clause_rows(document: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return a row for each thing that a clause asks, from the other parts of a document."""
+    """Return a row for each thing that a clause asks, of each set of bearing laws."""
     edition: Edition = document["edition"]
-    rows = [
-        *_margin_rows(document),
-        *_vibration_rows(document),
-        *_clearance_rows(document),
-        _level_1_row(document),
-        _level_2_row(document),
-    ]
-    return [{**row, "clause": _CLAUSES[row["subject"]][edition]} for row in rows]
+    rows = []
+    for name, found in document["bearing_cases"].items():
+        own = [
+            *_margin_rows(found),
+            *_vibration_rows(found, document["speeds"]["maximum_continuous_rpm"]),
+            *_clearance_rows(found),
+            _level_1_row(found, is_asked=document["stability_is_asked"]),
+            _level_2_row(found),
+        ]
+        rows += [
+            {"bearings": name, **row, "clause": _CLAUSES[row["subject"]][edition]} for row in own
+        ]
+    return rows
 
 
 def verdict_of(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
@@ -42,24 +47,33 @@ def verdict_of(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     word = "pass"
     if "fail" in verdicts:
         word = "fail"
-    elif "undecided" in verdicts:
+    elif "undecided" in verdicts or "pass" not in verdicts:
         word = "undecided"
     judged = [r for r in rows if r["to_spare"] is not None and r["verdict"] in ("pass", "fail")]
     worst = min(judged, key=lambda row: row["to_spare"], default=None)
     decisive = worst
     if word == "undecided":
-        decisive = next(row for row in rows if row["verdict"] == "undecided")
+        decisive = next((row for row in rows if row["verdict"] == "undecided"), None)
     return {
         "verdict": word,
         "passed": word == "pass",
         "worst_to_spare": None if worst is None else worst["to_spare"],
-        "why": "nothing to judge" if decisive is None else row_text(decisive),
+        "why": "nothing to judge"
+        if decisive is None
+        else row_text(decisive, with_bearings=len({row["bearings"] for row in rows}) > 1),
     }
 
 
-def row_text(row: Mapping[str, Any]) -> str:
-    """Return a row as one line."""
+def verdicts_by_bearings(rows: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
+    """Return the verdict of the rows of each set of bearing laws by its name."""
+    names = dict.fromkeys(row["bearings"] for row in rows)
+    return {name: verdict_of([r for r in rows if r["bearings"] == name]) for name in names}
+
+
+def row_text(row: Mapping[str, Any], *, with_bearings: bool = False) -> str:
+    """Return a row as one line; `with_bearings` tells of which set of bearing laws it is."""
     place = f" {row['where']}" if row["where"] else ""
+    place += f", bearings {row['bearings']}" if with_bearings else ""
     note = f" ({row['note']})" if row["note"] else ""
     said = f"{row['clause']}, {row['what']}{place}{note}"
     value, limit = (figure_text(row, key) for key in ("value", "limit"))
@@ -89,32 +103,39 @@ def _row(
     *,
     value: float | None = None,
     limit: float | None = None,
+    error: float | None = None,
 ) -> dict[str, Any]:
-    """A row; `to_spare` is what is left, as a part of the limit or of the operating speed."""
+    """A row; `to_spare` is what is left, as a part of the limit or of the operating speed.
+
+    `error`: of the value, of margins a part of the speed, else relative.
+    """
     in_metres = subject in _IN_METRES
     to_spare = None
     if value is not None and limit is not None:
         more = limit - value if in_metres else value - limit
         to_spare = more if subject == "margin" else more / limit
+        reach = 0.0 if error is None else error * (1.0 if subject == "margin" else abs(value))
+        if verdict in ("pass", "fail") and abs(more) <= reach:
+            note = f"{note}; " * bool(note) + "the error reaches across the limit"
     none = {"value": None, "limit": None, "value_m": None, "limit_m": None}
     own = {"value_m": value, "limit_m": limit} if in_metres else {"value": value, "limit": limit}
     return {
         "subject": subject, "what": what, "where": where, **none, **own,
         "wants": "at most" if in_metres else "at least", "to_spare": to_spare,
-        "error_estimate": None, "verdict": verdict, "note": note,
+        "error_estimate": error, "verdict": verdict, "note": note,
     }  # fmt: skip
 
 
-def _margin_rows(document: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+def _margin_rows(found: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     """Of each response peak that is a critical speed, or may be one."""
-    for case, found in document["cases"].items():
+    for case, own in found["cases"].items():
         told = False
-        for probe, own in found["probes"].items():
-            for peak in own["peaks"]:
+        for name, probe in own["probes"].items():
+            for peak in probe["peaks"]:
                 if peak["verdict"] == "not applicable":
                     continue
                 told = True
-                yield _margin_row(f"{case}, {probe}", peak)
+                yield _margin_row(f"{case}, {name}", peak)
         if not told:
             note = "no response peak has an amplification factor of 2.5"
             yield _row("margin", "separation margin", case, "pass", note)
@@ -132,67 +153,66 @@ def _margin_row(where: str, peak: Mapping[str, Any]) -> dict[str, Any]:
         limit = None
     if peak["position"] == "inside":
         note, limit = f"{note}; inside the operating speeds", None
-    row = _row("margin", f"separation margin {at}", where, peak["verdict"], note,
-               value=value, limit=limit)  # fmt: skip
-    if row["verdict"] == "fail" and row["to_spare"] is None:
-        row["to_spare"] = -1.0
     error = peak["speed_error_estimate"]
     if error is not None:
-        row["error_estimate"] = error * peak["speed_rpm"] / peak["reference_rpm"]
+        error *= peak["speed_rpm"] / peak["reference_rpm"]
+    row = _row("margin", f"separation margin {at}", where, peak["verdict"], note,
+               value=value, limit=limit, error=error)  # fmt: skip
+    if row["verdict"] == "fail" and row["to_spare"] is None:
+        row["to_spare"] = -1.0
     return row
 
 
-def _vibration_rows(document: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
-    limit = vibration_limit_m(document["speeds"]["maximum_continuous_rpm"])
-    for case, found in document["cases"].items():
-        probe, own = max(found["probes"].items(), key=lambda item: item[1]["largest_m"])
-        value = own["largest_m"]
-        row = _row(
-            "vibration", "vibration at operating speeds", f"{case}, {probe}",
-            "pass" if value <= limit else "fail", f"at {own['largest_at_rpm']:.0f} rpm",
-            value=value, limit=limit,
+def _vibration_rows(found: Mapping[str, Any], speed_max_rpm: float) -> Iterator[dict[str, Any]]:
+    limit = vibration_limit_m(speed_max_rpm)
+    for case, own in found["cases"].items():
+        name, probe = max(own["probes"].items(), key=lambda item: item[1]["largest_m"])
+        value = probe["largest_m"]
+        yield _row(
+            "vibration", "vibration at operating speeds", f"{case}, {name}",
+            "pass" if value <= limit else "fail", f"at {probe['largest_at_rpm']:.0f} rpm",
+            value=value, limit=limit, error=probe["largest_error_estimate"],
         )  # fmt: skip
-        at_top = [p for p in own["peaks"] if p["speed_rpm"] == own["largest_at_rpm"]]
-        row["error_estimate"] = at_top[0]["height_error_estimate"] if at_top else None
-        yield row
 
 
-def _clearance_rows(document: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
-    for case, found in document["cases"].items():
-        for own in found["clearances"]:
-            value, limit = own["scaled_m"], own["allowed_m"]
+def _clearance_rows(found: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+    what = "75 % of the clearance"
+    for case, own in found["cases"].items():
+        for clearance in own["clearances"]:
+            value, limit = clearance["scaled_m"], clearance["allowed_m"]
             verdict: Verdict = "pass" if value <= limit else "fail"
-            note = f"scale factor {found['scale_factor']:.3g}, at {own['at_rpm']:.0f} rpm"
-            if own["floating_ring"]:
+            note = f"scale factor {own['scale_factor']:.3g}, at {clearance['at_rpm']:.0f} rpm"
+            if clearance["floating_ring"]:
                 verdict, note = "not applicable", "floating ring"
-            yield _row("clearance", "75 % of the clearance", f"{case}, {own['at']}", verdict, note,
-                       value=value, limit=limit)  # fmt: skip
-    if not any(found["clearances"] for found in document["cases"].values()):
-        yield _row("clearance", "75 % of the clearance", "", "not applicable", "no clearance given")
+            yield _row("clearance", what, f"{case}, {clearance['at']}", verdict, note,
+                       value=value, limit=limit, error=clearance["error_estimate"])  # fmt: skip
+    if not any(own["clearances"] for own in found["cases"].values()):
+        yield _row("clearance", what, "", "not applicable", "no clearance given")
 
 
-def _level_1_row(document: Mapping[str, Any]) -> dict[str, Any]:
-    found, what = document["level_1"], "stability, level I"
-    if not document["stability_is_asked"]:
+def _level_1_row(found: Mapping[str, Any], *, is_asked: bool) -> dict[str, Any]:
+    level, what = found["level_1"], "stability, level I"
+    if not is_asked:
         note = "the machine runs below the first critical speed on rigid supports"
         return _row("level 1", what, "", "not applicable", note)
-    if found is None:
+    if level is None:
         return _row("level 1", what, "", "undecided", "no stages given")
-    if not found["detailed"]:
-        value = found["log_decrement_at_expected"]
-        return _row("level 1", what, "", "pass", found["why"],
-                    value=value, limit=LEAST_DECREMENT)  # fmt: skip
-    if document["level_2"] is None:
-        note = f"{found['why']}: level II is asked for, and level_2 is not given"
+    if not level["detailed"]:
+        value = level["log_decrement_at_expected"]
+        return _row("level 1", what, "", "pass", level["why"],
+                    value=value, limit=LEAST_DECREMENT, error=level["error_estimate"])  # fmt: skip
+    if found["level_2"] is None:
+        note = f"{level['why']}: level II is asked for, and level_2 is not given"
         return _row("level 1", what, "", "undecided", note)
-    return _row("level 1", what, "", "not applicable", f"{found['why']}: level II decides")
+    return _row("level 1", what, "", "not applicable", f"{level['why']}: level II decides")
 
 
-def _level_2_row(document: Mapping[str, Any]) -> dict[str, Any]:
-    found, what = document["level_2"], "stability, level II"
-    if found is None:
+def _level_2_row(found: Mapping[str, Any]) -> dict[str, Any]:
+    level, what = found["level_2"], "stability, level II"
+    if level is None:
         return _row("level 2", what, "", "not applicable", "level_2 is not given")
-    value = found["log_decrement"]
+    value = level["log_decrement"]
     verdict: Verdict = "pass" if value >= LEAST_DECREMENT else "fail"
     note = "log decrement of the complete rotor"
-    return _row("level 2", what, "", verdict, note, value=value, limit=LEAST_DECREMENT)
+    return _row("level 2", what, "", verdict, note,
+                value=value, limit=LEAST_DECREMENT, error=level["error_estimate"])  # fmt: skip

@@ -73,13 +73,26 @@ class SourceSpec(Record):
 
     name: Title
     bearings: Names | None = None
+    stages: Annotated[tuple[Place, ...], Field(max_length=MOST)] = ()
     cross_couplings: Annotated[tuple[CrossCouplingSpec, ...], Field(max_length=MOST)] = ()
 
     @model_validator(mode="after")
     def _something(self) -> SourceSpec:
-        if not (self.bearings or self.cross_couplings):
-            raise ValueError("names nothing; give bearings, cross_couplings or both")
+        if not (self.bearings or self.stages or self.cross_couplings):
+            raise ValueError("names nothing; give bearings, stages or cross_couplings")
         return self
+
+
+class BearingCaseSpec(Record):
+    """Other speed laws of bearings, such as those of the largest clearance and the hottest oil."""
+
+    name: Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_ -]{0,63}$")]
+    laws: Annotated[dict[Name, Name], Field(min_length=1, max_length=MOST)]
+
+    @property
+    def file_part(self) -> str:
+        """Its name as part of the names of files."""
+        return self.name.replace(" ", "_")
 
 
 class OverhangSpec(Record):

@@ -13,7 +13,8 @@ from solidwhirl.analyses.unbalances import end_of
 from solidwhirl.rotordyn import AssembledSystem
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
-from solidwhirl.rotordyn.estimates.response_errors import probe_peak_errors
+from solidwhirl.rotordyn.estimates.eigenvalue_errors import bodies_without_forms
+from solidwhirl.rotordyn.estimates.response_errors import amplitude_error, probe_peak_errors
 from solidwhirl.rotordyn.lateral.unbalance_cases import UnbalanceCase
 from solidwhirl.rotordyn.response.orbits import amplitude_along
 from solidwhirl.rotordyn.response.unbalance import (
@@ -27,6 +28,7 @@ from solidwhirl.rotordyn.response.unbalance_peaks import ResonancePeak
 from solidwhirl.rotordyn.standards.api617_lateral import (
     CLEARANCE_PART,
     CRITICALLY_DAMPED,
+    LARGEST_SCALE,
     Edition,
     actual_margin,
     largest_required_margin,
@@ -71,8 +73,11 @@ def case_document(system: AssembledSystem, case: UnbalanceCase, asked: Asked) ->
         for probe in asked.probes
         for angle in probe.angle_deg
     }
-    largest = max(float(p["largest_m"]) for p in probes.values())
+    top_probe = max(probes.values(), key=lambda p: float(p["largest_m"]))
+    largest = float(top_probe["largest_m"])
     scale = scale_factor(vibration_limit_m(machine.high_rpm), largest)
+    # what is scaled to the limit of vibration takes the error of the largest with it
+    scaled_error = top_probe["largest_error_estimate"] if scale < LARGEST_SCALE else 0.0
     return {
         "kind": case.kind,
         "modes_rpm": [value * RPM_PER_RAD_S for value in case.modes_rad_s],
@@ -90,7 +95,8 @@ def case_document(system: AssembledSystem, case: UnbalanceCase, asked: Asked) ->
         "largest_m": largest,
         "scale_factor": scale,
         "clearances": [
-            _clearance(system, case, asked, exciter, own, scale) for own in asked.clearances
+            _clearance(system, case, asked, exciter, own, (scale, scaled_error))
+            for own in asked.clearances
         ],
     }
 
@@ -134,11 +140,30 @@ def _probe(
         "at": place,
         "angle_deg": angle_deg,
         "peak_to_peak_m": (2.0 * np.abs(motion)).tolist(),
-        "phase_deg": np.degrees(np.angle(motion)).tolist(),
+        "phase_deg": np.where(moving, np.degrees(np.angle(motion)), np.nan).tolist(),
         "peaks": documents,
         "largest_m": largest[0],
         "largest_at_rpm": largest[1],
+        "largest_error_estimate": _error(system, case, (place, angle), largest[1], machine),
     }
+
+
+def _error(
+    system: AssembledSystem,
+    case: UnbalanceCase,
+    seen: tuple[str, float | None],
+    rpm: float,
+    machine: Machine,
+) -> float | None:
+    """Relative error of the amplitude along a direction, or of an orbit, at a speed of the shaft.
+
+    None where a body does not know its error.
+    """
+    if bodies_without_forms(system) or not rpm > 0.0:
+        return None
+    place, angle = seen
+    speed = machine.reference_rad_s(rpm)
+    return amplitude_error(system, case.unbalances, end_of(place), angle, speed)
 
 
 def _over_speed(peak: ResonancePeak, ratio: float) -> ResonancePeak:
@@ -202,9 +227,13 @@ def _clearance(
     asked: Asked,
     exciter: ExciterResponse,
     own: ClearanceSpec,
-    scale: float,
+    scaling: tuple[float, float | None],
 ) -> dict[str, Any]:
-    """The largest scaled motion at a clearance up to the trip speed, and what it may be."""
+    """The largest scaled motion at a clearance up to the trip speed, and what it may be.
+
+    `scaling`: scale factor and its relative error.
+    """
+    scale, scale_error = scaling
     end = end_of(own.at)
     major = exciter.orbits().major_m[:, exciter.nodes.index(end)]
     moving = exciter.frequencies_rad_s > 0.0
@@ -215,6 +244,7 @@ def _clearance(
     ]
     rpm = exciter.frequencies_rad_s * RPM_PER_RAD_S
     size, at = largest_within(2.0 * major, rpm, tops, 0.0, asked.machine.trip_rpm)
+    error = _error(system, case, (own.at, None), at, asked.machine)
     return {
         "at": own.at,
         "diametral_m": own.diametral_m,
@@ -223,4 +253,5 @@ def _clearance(
         "at_rpm": at,
         "scaled_m": scale * size,
         "allowed_m": CLEARANCE_PART * own.diametral_m,
+        "error_estimate": None if error is None or scale_error is None else error + scale_error,
     }

@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Mapping
 from typing import Any
 
-import numpy as np
-
-from solidwhirl.analyses.api617.clauses import figure_text
-from solidwhirl.core.blocks import AnalysisBlock, Table, Text, margin_words, numbers
-from solidwhirl.rotordyn.plots import chart as charts
+from solidwhirl.analyses.api617.clauses import figure_text, verdicts_by_bearings
+from solidwhirl.analyses.api617.pictures import response_charts, stability_charts
+from solidwhirl.core.blocks import AnalysisBlock, Table, Text, margin_words
 from solidwhirl.rotordyn.plots.campbell import error_words
-from solidwhirl.rotordyn.plots.response import unwrapped
-from solidwhirl.rotordyn.standards.api617_lateral import vibration_limit_m
-from solidwhirl.rotordyn.standards.api617_stability import LEAST_DECREMENT, region_border
+from solidwhirl.rotordyn.standards.api617_stability import LEAST_DECREMENT
 
 _EDITIONS = {"8th": "8th edition", "9th": "9th edition", "legacy": "6th edition"}
 _WORDS = {"pass": "Pass", "fail": "FAIL", "undecided": "Undecided"}
-_SPEED = "speed of the shaft itself"
+_COEFFICIENTS = {
+    "synchronous": "Bearings that depend on the frequency are taken at the synchronous one.",
+    "own_frequency": "Bearings that depend on the frequency are taken at that of the mode.",
+    "over_speed": "No bearing depends on the frequency: coefficients are those of the tables over "
+    "the speed, as they are after synchronous reduction.",
+}
+_CHANGE = "largest change of the vector from the bearings of the scene to another set"
 _MICRO, _GRAM_MM = 1e6, 1e6
-# Ends of the screening figure, kg/m³ and critical speed ratio.
-_DENSITY, _RATIO = 80.0, 3.5
 
 
 def edition_text(edition: str) -> str:
@@ -38,16 +37,21 @@ def blocks(document: Mapping[str, Any]) -> list[AnalysisBlock]:
         f"{document['shaft']}, {speeds['minimum_rpm']:g} to {speeds['maximum_continuous_rpm']:g} "
         f"rpm, trip {speeds['trip_rpm']:g} rpm: {verdict['why']}."
     )
+    cases = document["bearing_cases"]
     found: list[AnalysisBlock] = [
         Text(text=head, kind="plain" if verdict["passed"] else "warning"),
+        *([_set_table(document)] if len(cases) > 1 else []),
         _clause_table(document),
         _placement_table(document),
     ]
-    if document["cases"]:
-        found += [*response_charts(document), _peak_table(document)]
-    if document["level_1"]:
-        found += [cross_coupling_chart(document), *region_charts(document), _stage_table(document)]
-    if document["level_2"]:
+    for name, own in cases.items():
+        if own["cases"]:
+            found += response_charts(document, name)
+    if any(own["cases"] for own in cases.values()):
+        found.append(_peak_table(document))
+    if any(own["level_1"] for own in cases.values()):
+        found += [*stability_charts(document), _stage_table(document), _level_1_table(document)]
+    if any(own["level_2"] for own in cases.values()):
         found.append(_level_2_table(document))
     found += [_journal_table(document), _iso_table(document)]
     assumed = "\n".join(f"- {line}" for line in document["assumptions"])
@@ -55,52 +59,103 @@ def blocks(document: Mapping[str, Any]) -> list[AnalysisBlock]:
     return [*found, Text(text=f"{said}\n\n{assumed}", kind="note")]
 
 
+def _set_table(document: Mapping[str, Any]) -> Table:
+    """What each set of bearing laws comes to; the worst decides."""
+    rows = document["clauses"]
+    verdicts = verdicts_by_bearings(rows)
+    return Table(
+        title="Sets of bearing laws",
+        head=["bearings", "laws", "verdict", "least to spare in"],
+        rows=[
+            [
+                name,
+                ", ".join(f"{at}: {law}" for at, law in own["laws"].items()) or "of the scene",
+                _WORDS[verdicts[name]["verdict"]].lower()
+                if verdicts[name]["passed"]
+                else f"**{_WORDS[verdicts[name]['verdict']]}**",
+                verdicts[name]["why"],
+            ]
+            for name, own in document["bearing_cases"].items()
+        ],
+        caption="Every clause is evaluated for each set; the worst decides.",
+    )
+
+
+def _several(document: Mapping[str, Any]) -> bool:
+    return len(document["bearing_cases"]) > 1
+
+
+def _with_bearings(document: Mapping[str, Any], row: list[Any], name: str) -> list[Any]:
+    """A row of a table with its set of bearing laws in front, where there are several."""
+    return [name, *row] if _several(document) else row
+
+
+def _unbalance_cases(
+    document: Mapping[str, Any],
+) -> Iterator[tuple[str, str, Mapping[str, Any]]]:
+    for name, found in document["bearing_cases"].items():
+        for case, own in found["cases"].items():
+            yield name, case, own
+
+
 def _clause_table(document: Mapping[str, Any]) -> Table:
     return Table(
         title="Clauses",
-        head=["clause", "what", "where", "figure", "asked", "to spare", "error", "verdict", "note"],
+        head=_with_bearings(
+            document,
+            ["clause", "what", "where", "figure", "asked", "to spare", "error", "verdict", "note"],
+            "bearings",
+        ),
         rows=[
-            [
-                row["clause"],
-                row["what"],
-                row["where"],
-                figure_text(row, "value"),
-                figure_text(row, "limit"),
-                "–" if row["to_spare"] is None else f"{100.0 * row['to_spare']:.1f} %",
-                "–" if row["error_estimate"] is None else error_words(row["error_estimate"]),
-                f"**{row['verdict']}**" if row["verdict"] == "fail" else row["verdict"],
-                row["note"],
-            ]
+            _with_bearings(document, _clause_cells(row), row["bearings"])
             for row in document["clauses"]
         ],
         caption="To spare: of margins as a part of the speed, else of the limit. The error is that "
-        "of the model's discretisation, where it is known.",
+        "of the model's discretisation, where it is known, of margins as a part of the speed, else "
+        "of the figure.",
     )
+
+
+def _clause_cells(row: Mapping[str, Any]) -> list[Any]:
+    return [
+        row["clause"],
+        row["what"],
+        row["where"],
+        figure_text(row, "value"),
+        figure_text(row, "limit"),
+        "–" if row["to_spare"] is None else f"{100.0 * row['to_spare']:.1f} %",
+        "–" if row["error_estimate"] is None else error_words(row["error_estimate"]),
+        f"**{row['verdict']}**" if row["verdict"] == "fail" else row["verdict"],
+        row["note"],
+    ]
 
 
 def _placement_table(document: Mapping[str, Any]) -> Table:
     return Table(
         title="Unbalances",
-        head=[
-            "at",
-            "kind",
-            "W [kg]",
-            "unbalance [g mm]",
-            "angle [°]",
-            "modes [rpm]",
-            "scale factor",
-        ],
-        rows=[
+        head=_with_bearings(
+            document,
             [
-                u["at"],
-                case["kind"],
-                f"{u['load_kg']:.4g}",
-                f"{_GRAM_MM * u['moment_kg_m']:.4g}",
-                f"{u['phase_deg']:.0f}",
-                ", ".join(f"{rpm:.0f}" for rpm in case["modes_rpm"]),
-                f"{case['scale_factor']:.4g}",
-            ]
-            for case in document["cases"].values()
+                *("at", "kind", "W [kg]", "unbalance [g mm]", "angle [°]"),
+                *("modes [rpm]", "scale factor"),
+            ],
+            "bearings",
+        ),
+        rows=[
+            _with_bearings(
+                document,
+                [
+                    u["at"],
+                    case["kind"],
+                    f"{u['load_kg']:.4g}",
+                    f"{_GRAM_MM * u['moment_kg_m']:.4g}",
+                    f"{u['phase_deg']:.0f}",
+                    ", ".join(f"{rpm:.0f}" for rpm in case["modes_rpm"]),
+                    f"{case['scale_factor']:.4g}",
+                ],
+                name,
+            )
+            for name, _, case in _unbalance_cases(document)
             for u in case["unbalances"]
         ],
         caption="One run for each set of unbalances, for the undamped critical speeds whose shapes "
@@ -111,31 +166,39 @@ def _placement_table(document: Mapping[str, Any]) -> Table:
 
 def _peak_table(document: Mapping[str, Any]) -> Table:
     rows = [
-        [
-            case,
-            probe,
-            f"{p['speed_rpm']:.1f}",
-            f"{_MICRO * p['peak_to_peak_m']:.4g}",
-            p["amplification_factor"] if p["amplification_factor"] is not None else "undefined",
-            margin_words(p["margin"]),
-            "–" if p["required_margin"] is None else f"{100.0 * p['required_margin']:.1f}",
-            error_words(p["speed_error_estimate"]),
-            p["verdict"],
-        ]
-        for case, found in document["cases"].items()
+        _with_bearings(document, [case, probe, *_peak_cells(peak)], name)
+        for name, case, found in _unbalance_cases(document)
         for probe, own in found["probes"].items()
-        for p in own["peaks"]
+        for peak in own["peaks"]
     ]
     return Table(
         title="Peaks at the probes",
-        head=[
-            *("unbalance", "probe", "speed [rpm]", "peak to peak [µm]"),
-            *("amplification factor [1]", "margin", "asked [%]", "error of the speed", "verdict"),
-        ],
+        head=_with_bearings(
+            document,
+            [
+                *("unbalance", "probe", "speed [rpm]", "peak to peak [µm]"),
+                *("amplification factor [1]", "margin", "asked [%]", "error of the speed"),
+                "verdict",
+            ],
+            "bearings",
+        ),
         rows=rows,
         caption="Amplification factor from half-power points. Peaks below 2.5 are no critical "
         "speeds; undefined ones do not fall by 3 dB on both sides.",
     )
+
+
+def _peak_cells(peak: Mapping[str, Any]) -> list[Any]:
+    factor, required = peak["amplification_factor"], peak["required_margin"]
+    return [
+        f"{peak['speed_rpm']:.1f}",
+        f"{_MICRO * peak['peak_to_peak_m']:.4g}",
+        factor if factor is not None else "undefined",
+        margin_words(peak["margin"]),
+        "–" if required is None else f"{100.0 * required:.1f}",
+        error_words(peak["speed_error_estimate"]),
+        peak["verdict"],
+    ]
 
 
 def _journal_table(document: Mapping[str, Any]) -> Table:
@@ -155,10 +218,8 @@ def _journal_table(document: Mapping[str, Any]) -> Table:
 
 
 def _stage_table(document: Mapping[str, Any]) -> Table:
-    level = document["level_1"]
+    level = next(iter(_levels(document, "level_1").values()))
     applied = ", ".join(f"{at} ({part:.3g})" for at, part in level["applied_at"].items())
-    lost = level["lost_at_n_per_m"]
-    said = "not reached" if lost is None else f"Q0 = {lost:.4g} N/m"
     return Table(
         title="Expected cross-coupling, level I",
         head=["stage at", "kind", "speed [rpm]", "qA [N/m]", "mean density [kg/m³]"],
@@ -172,29 +233,81 @@ def _stage_table(document: Mapping[str, Any]) -> Table:
             ]
             for s in level["stages"]
         ],
-        caption=f"QA = {level['expected_n_per_m']:.4g} N/m, applied at {applied}. Loss of "
-        f"stability: {said}. Log decrement at QA: {level['log_decrement_at_expected']:.3g}. "
-        f"Critical speed ratio: {level['critical_speed_ratio']:.3g}. {level['why']}.",
+        caption=f"QA = {level['expected_n_per_m']:.4g} N/m, applied at {applied}. Critical speed "
+        f"ratio: {level['critical_speed_ratio']:.3g}. {_COEFFICIENTS[level['coefficients']]}",
+    )
+
+
+def _levels(document: Mapping[str, Any], level: str) -> dict[str, Mapping[str, Any]]:
+    found = document["bearing_cases"]
+    return {name: own[level] for name, own in found.items() if own[level]}
+
+
+def _level_1_table(document: Mapping[str, Any]) -> Table:
+    return Table(
+        title="Stability, level I",
+        head=_with_bearings(
+            document,
+            ["log decrement at QA", "error", "Q0 [N/m]", "Q0/QA", "screening"],
+            "bearings",
+        ),
+        rows=[
+            _with_bearings(
+                document,
+                [
+                    f"{level['log_decrement_at_expected']:.4f}",
+                    error_words(level["error_estimate"]),
+                    "not reached"
+                    if level["lost_at_n_per_m"] is None
+                    else f"{level['lost_at_n_per_m']:.4g}",
+                    "–" if level["times_expected"] is None else f"{level['times_expected']:.3g}",
+                    level["why"],
+                ],
+                name,
+            )
+            for name, level in _levels(document, "level_1").items()
+        ],
+        caption="At the maximum continuous speed, the first forward mode; level II is asked for "
+        "where the screening says so.",
     )
 
 
 def _level_2_table(document: Mapping[str, Any]) -> Table:
     return Table(
         title="Stability, level II",
-        head=["rotor", "log decrement, first forward [1]", "frequency [rpm]"],
+        head=_with_bearings(
+            document,
+            [
+                *("rotor", "cross-coupling added [N/m]", "log decrement, first forward [1]"),
+                *("error", "frequency [rpm]"),
+            ],
+            "bearings",
+        ),
         rows=[
-            [r["rotor"], f"{r['log_decrement']:.4f}", f"{r['frequency_rpm']:.0f}"]
-            for r in document["level_2"]["rows"]
+            _with_bearings(
+                document,
+                [
+                    r["rotor"],
+                    f"{r['cross_coupling_n_per_m']:.4g}",
+                    f"{r['log_decrement']:.4f}",
+                    error_words(r["error_estimate"]),
+                    f"{r['frequency_rpm']:.0f}",
+                ],
+                name,
+            )
+            for name, level in _levels(document, "level_2").items()
+            for r in level["rows"]
         ],
-        caption="At the maximum continuous speed: without the groups, with each alone, with all. "
-        f"{LEAST_DECREMENT:g} is asked for of the complete rotor.",
+        caption="At the maximum continuous speed: without the groups, with each alone, with all; "
+        "cross-coupling of seals is in their bearing laws. Bearings are taken at the frequency of "
+        f"the mode. {LEAST_DECREMENT:g} is asked for of the complete rotor.",
     )
 
 
 def _iso_table(document: Mapping[str, Any]) -> Table:
     iso = document["iso"]
     borders = " / ".join(f"{_MICRO * b:.1f}" for b in iso["zone_borders_m"])
-    planes = iso["in_planes_kg_m"]
+    planes, change = iso["in_planes_kg_m"], iso["largest_change"]
     split = (
         ""
         if planes is None
@@ -211,6 +324,11 @@ def _iso_table(document: Mapping[str, Any]) -> Table:
                 f"{_MICRO * iso['largest_m']:.3g} µm: zone {iso['zone']}",
             ],
             [
+                "a change of the vibration is significant from [µm peak to peak]",
+                f"{_MICRO * iso['significant_change_m']:.1f}, 25 % of the border B/C",
+            ],
+            *([] if change is None else [[_CHANGE, _change_text(change, iso)]]),
+            [
                 f"unbalance permitted by G {iso['grade_mm_per_s']:g} [g mm]",
                 f"{_GRAM_MM * iso['permissible_kg_m']:.4g}{split}",
             ],
@@ -224,168 +342,9 @@ def _iso_table(document: Mapping[str, Any]) -> Table:
     )
 
 
-# -- charts ---------------------------------------------------------------------------------------
-
-
-def response_charts(document: Mapping[str, Any]) -> list[charts.Chart]:
-    """Return amplitude and phase at the probes over the speed, for each case of unbalance."""
-    top = max(case["speed_rpm"][-1] for case in document["cases"].values())
-    axis = charts.speed_axis(0.0, top, _SPEED)
-    limit = _MICRO * vibration_limit_m(document["speeds"]["maximum_continuous_rpm"])
-    high = 1.3 * max(limit, *(_MICRO * max(p["peak_to_peak_m"]) for p in _probes(document)))
-    amplitude = charts.Chart(
-        name="api617-amplitude",
-        title="Vibration at the probes",
-        caption="Peak to peak, with the unbalances of the analysis, not scaled. Hatched: operating "
-        "speeds. The dashed line is the limit of vibration there. Rings mark peaks.",
-        alt="Peak to peak amplitude at each probe over the speed; the table of peaks has the "
-        "numbers.",
-        x=axis,
-        y=charts.Axis(label="peak to peak", unit="µm", low=0.0, high=high, digits=".4g"),
-        parts=[
-            *_speeds(document),
-            charts.Rule(at=limit, along="y", name="limit of vibration", text=f"{limit:.3g} µm"),
-            _by_case(document, _amplitudes),
-        ],
-        height_px=460,
+def _change_text(change: Mapping[str, Any], iso: Mapping[str, Any]) -> str:
+    word = "significant" if iso["change_is_significant"] else "not significant"
+    return (
+        f"{_MICRO * change['change_m']:.3g} µm: {word} ({change['bearings']}, "
+        f"{change['unbalance']}, {change['probe']}, {change['speed_rpm']:.0f} rpm)"
     )
-    phase = charts.Chart(
-        name="api617-phase",
-        title="Phase at the probes",
-        caption="Against the unbalance at angle zero, cut where lines leave ±180°.",
-        alt="Phase at each probe over the speed.",
-        x=axis,
-        y=charts.Axis(label="phase", unit="°", low=-185.0, high=185.0, step=90.0, digits=".1f"),
-        parts=[*_speeds(document), _by_case(document, _phases)],
-        height_px=320,
-    )
-    return [amplitude, phase]
-
-
-def _probes(document: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    return [own for case in document["cases"].values() for own in case["probes"].values()]
-
-
-def _speeds(document: Mapping[str, Any]) -> list[charts.Part]:
-    speeds = document["speeds"]
-    low, high, trip = (speeds[k] for k in ("minimum_rpm", "maximum_continuous_rpm", "trip_rpm"))
-    text = f"{low:g} to {high:g} rpm"
-    return [
-        charts.Span(low=low, high=high, name="operating speed", text=text, is_hatched=True),
-        charts.Rule(at=trip, name="trip speed", text="trip"),
-    ]
-
-
-def _by_case(
-    document: Mapping[str, Any], marks: Callable[[Mapping[str, Any]], list[charts.Mark]]
-) -> charts.Choice:
-    options = [
-        charts.Option(label=name, marks=marks(case)) for name, case in document["cases"].items()
-    ]
-    return charts.Choice(label="unbalance", options=options, on_paper="each")
-
-
-def _amplitudes(case: Mapping[str, Any]) -> list[charts.Mark]:
-    rpm = numbers(case["speed_rpm"])
-    marks: list[charts.Mark] = []
-    for k, (probe, own) in enumerate(case["probes"].items()):
-        look = replace(charts.series_look(k), mark="")
-        size = _MICRO * numbers(own["peak_to_peak_m"])
-        marks.append(charts.Curve(x=rpm, y=size, name=probe, look=look))
-        peaks = own["peaks"]
-        if peaks:
-            marks.append(
-                charts.Curve(
-                    x=numbers([p["speed_rpm"] for p in peaks]),
-                    y=_MICRO * numbers([p["peak_to_peak_m"] for p in peaks]),
-                    look=replace(charts.RING, color=look.color),
-                    texts=[_peak_text(p) for p in peaks],
-                )
-            )
-    return marks
-
-
-def _peak_text(peak: Mapping[str, Any]) -> str:
-    factor = peak["amplification_factor"]
-    said = "undefined" if factor is None else f"{factor:.3g}"
-    return f"amplification factor {said}\n{margin_words(peak['margin'])}: {peak['verdict']}"
-
-
-def _phases(case: Mapping[str, Any]) -> list[charts.Mark]:
-    rpm = numbers(case["speed_rpm"])
-    marks: list[charts.Mark] = []
-    for k, (probe, own) in enumerate(case["probes"].items()):
-        x, y = unwrapped(rpm, numbers(own["phase_deg"]))
-        look = replace(charts.series_look(k), mark="")
-        marks.append(charts.Curve(x=x, y=y, name=probe, look=look))
-    return marks
-
-
-def cross_coupling_chart(document: Mapping[str, Any]) -> charts.Chart:
-    """Return the damping of the first forward mode over applied cross-coupling."""
-    level = document["level_1"]
-    applied, expected = numbers(level["applied_n_per_m"]), level["expected_n_per_m"]
-    unit, factor = charts.metric(float(applied.max()), "N/m")
-    texts = [charts.hertz_text(f) for f in level["frequency_hz"]]
-    curve = charts.Curve(
-        x=factor * applied, y=numbers(level["log_decrement"]), name="first forward mode",
-        look=replace(charts.whirl_look("forward"), mark=""), texts=texts,
-    )  # fmt: skip
-    point = charts.Curve(
-        x=np.array([factor * expected]), y=np.array([level["log_decrement_at_expected"]]),
-        name="at the expected cross-coupling QA", look=replace(charts.RING, color="@ink"),
-    )  # fmt: skip
-    lost = level["lost_at_n_per_m"]
-    marks: list[charts.Part] = [
-        charts.Rule(at=LEAST_DECREMENT, along="y", name="asked for", text="0.1"),
-        charts.Rule(at=0.0, along="y", look=charts.Look("@muted", "solid", width=1.0)),
-        curve,
-        point,
-    ]
-    if lost is not None and 0.0 < lost <= applied.max():
-        marks.append(charts.Rule(at=factor * lost, name="Q0", text="Q0"))
-    return charts.Chart(
-        name="api617-stability",
-        title="Damping over applied cross-coupling",
-        caption="Log decrement of the first forward mode at the maximum continuous speed, without "
-        "seals, up to ten times the expected cross-coupling or the loss of stability.",
-        alt="Log decrement of the first forward mode over the applied cross-coupled stiffness.",
-        x=charts.Axis(label="applied cross-coupling", unit=unit, low=0.0, digits=".4g"),
-        y=charts.Axis(label="log decrement", unit="1", digits=".4g"),
-        parts=marks,
-        height_px=380,
-    )
-
-
-def region_charts(document: Mapping[str, Any]) -> Sequence[charts.Chart]:
-    """Return density and critical speed ratio beside the border of region B, if both are known."""
-    level = document["level_1"]
-    density, ratio = level["mean_density_kg_per_m3"], level["critical_speed_ratio"]
-    if density is None or ratio is None:
-        return []
-    over = np.linspace(0.0, 60.0, 121)
-    right, up = max(_DENSITY, 1.1 * density), max(_RATIO, 1.1 * ratio)
-    border = np.array([region_border(float(d)) for d in over])
-    line = charts.Curve(
-        x=np.append(over, 60.0), y=np.append(border, 0.0), name="border of region B",
-        look=charts.Look("@ink", "solid"),
-    )  # fmt: skip
-    point = charts.Curve(
-        x=np.array([density]), y=np.array([ratio]), name="this machine",
-        look=charts.Look("@bad" if level["region_b"] else "@c0", "", "circle", 12.0),
-    )  # fmt: skip
-    return [
-        charts.Chart(
-            name="api617-region",
-            title="Screening by density and critical speed ratio",
-            caption="Above or at the right of the line is region B. It is looked at where "
-            "stability is lost between 2 and 10 times the expected cross-coupling.",
-            alt="Mean density and critical speed ratio beside the border of region B.",
-            x=charts.Axis(
-                label="mean gas density", unit="kg/m³", low=0.0, high=right, digits=".4g"
-            ),
-            y=charts.Axis(label="critical speed ratio", unit="1", low=0.0, high=up, digits=".4g"),
-            parts=[line, point],
-            height_px=340,
-        )
-    ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -10,9 +11,17 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from solidwhirl.analyses import base
-from solidwhirl.analyses.api617 import told
+from solidwhirl.analyses.api617 import pictures, told
+from solidwhirl.analyses.api617.bearing_cases import (
+    OWN,
+    LateralAsked,
+    StabilityAsked,
+    bearing_case_document,
+)
 from solidwhirl.analyses.api617.clauses import clause_rows, verdict_of
+from solidwhirl.analyses.api617.iso import iso_document
 from solidwhirl.analyses.api617.records import (
+    BearingCaseSpec,
     ClearanceSpec,
     Machine,
     OverhangSpec,
@@ -20,20 +29,15 @@ from solidwhirl.analyses.api617.records import (
     SourceSpec,
     StageSpec,
 )
-from solidwhirl.analyses.api617.response import COUNT, Asked, case_document
-from solidwhirl.analyses.api617.stability import (
-    level_1_document,
-    level_2_document,
-    middle_of,
-    without,
-)
+from solidwhirl.analyses.api617.response import COUNT, Asked
+from solidwhirl.analyses.api617.stability import Coefficients, middle_of
 from solidwhirl.analyses.unbalances import end_of
 from solidwhirl.analyses.work import EngineSize, Work
 from solidwhirl.core.blocks import AnalysisBlock
 from solidwhirl.core.fields import MOST, Name, Place, Positive
 from solidwhirl.core.outcome import Outcome, PageSection
 from solidwhirl.core.plain_data import Labels
-from solidwhirl.rotordyn import AssembledSystem
+from solidwhirl.rotordyn import End
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
 from solidwhirl.rotordyn.lateral.rigid_supports import (
     axial_m,
@@ -43,22 +47,27 @@ from solidwhirl.rotordyn.lateral.rigid_supports import (
     on_rigid_supports,
     overhung_masses_kg,
 )
-from solidwhirl.rotordyn.lateral.unbalance_cases import (
-    Journals,
-    PlacementRules,
-    unbalance_cases,
-)
-from solidwhirl.rotordyn.standards.iso_balance import (
-    grade_of_unbalance_mm_per_s,
-    in_two_planes,
-    permissible_unbalance_kg_m,
-)
-from solidwhirl.rotordyn.standards.iso_vibration import vibration_zone, zone_borders_m
+from solidwhirl.rotordyn.lateral.unbalance_cases import Journals, PlacementRules
 
 # Trip speed over maximum continuous speed, where none is given.
 _TRIP = 1.05
+_LEVEL_1: dict[Coefficients, str] = {
+    "synchronous": "level I takes bearings whose coefficients depend on the frequency at the "
+    'synchronous one (level_1_coefficients = "synchronous")',
+    "own_frequency": "level I takes bearings whose coefficients depend on the frequency at that of "
+    'the mode (level_1_coefficients = "own_frequency")',
+}
+# What the table of a batch has of both levels, the least of all sets of bearing laws.
+_LEVELS = {
+    "level_1": {"log_decrement_at_expected": "log_decrement", "times_expected": "times_expected"},
+    "level_2": {"log_decrement": "log_decrement"},
+}
 # Eigenproblems of the stability analysis, and cases of unbalance, about.
 _FOLLOWED, _CASES = 15.0, 3.0
+# Names of pictures, and of the laws of the scene.
+_TAKEN = ("stability", OWN.replace(" ", "_"))
+# Sets of bearing laws beside that of the scene.
+_MOST_CASES = 20
 _Part = Annotated[float, Field(gt=0, le=1, strict=True)]
 
 
@@ -73,7 +82,6 @@ class Api617Spec(base.Analysis):
         110,
     )
     turning: ClassVar = {"shaft": "it has no operating speed"}
-    suffixes: ClassVar = (".png", "_stability.png")
     sees_operating = True
 
     kind: Literal["api617"]
@@ -86,7 +94,9 @@ class Api617Spec(base.Analysis):
     clearances: Annotated[tuple[ClearanceSpec, ...], Field(max_length=MOST)] = ()
     stages: Annotated[tuple[StageSpec, ...], Field(max_length=MOST)] = ()
     applied_at: Annotated[tuple[Place, ...], Field(max_length=MOST)] = ()
+    level_1_coefficients: Coefficients = "synchronous"
     level_2: Annotated[tuple[SourceSpec, ...], Field(max_length=MOST)] = ()
+    cases: Annotated[tuple[BearingCaseSpec, ...], Field(max_length=_MOST_CASES)] = ()
     journals: Annotated[tuple[Name, ...], Field(max_length=MOST)] = ()
     overhangs: Annotated[tuple[OverhangSpec, ...], Field(max_length=2)] = ()
     unbalance_factor: Positive = 2.0
@@ -103,6 +113,21 @@ class Api617Spec(base.Analysis):
             if higher < lower:
                 raise ValueError(f"{high} = {higher:g} is below {low} = {lower:g}")
         return self
+
+    @model_validator(mode="after")
+    def _unlike(self) -> Api617Spec:
+        files = [case.file_part.lower() for case in self.cases]
+        again = sorted({part for part in files if files.count(part) > 1 or part in _TAKEN})
+        if again:
+            raise ValueError(
+                f"cases: {again[0]!r} would name a picture twice; give each case a name of its own"
+            )
+        return self
+
+    def possible_files(self, bearings: Mapping[str, bool]) -> tuple[str, ...]:
+        """Return the names of its pictures: responses of each set of bearing laws, and damping."""
+        parts = [f"_{case.file_part}" for case in self.cases]
+        return tuple(f"{self.label}{part}.png" for part in ("", *parts, "_stability"))
 
     def missing(self, operating: Sequence[base.OperatingSpec]) -> str | None:
         """Return what it is not told of its shaft and speeds; None if nothing is missing.
@@ -152,7 +177,7 @@ class Api617Spec(base.Analysis):
             solves=_CASES * 2.0 * COUNT, factorisations=40.0, eigenproblems=_FOLLOWED,
             undamped=4.0, results=_CASES * COUNT,
         )  # fmt: skip
-        return solved.and_also(size.search.times(_CASES))
+        return solved.and_also(size.search.times(_CASES)).times(1.0 + len(self.cases))
 
     def run(self, engine: base.Engine) -> Outcome:
         """All clauses, from the responses and modes that they ask for."""
@@ -161,46 +186,26 @@ class Api617Spec(base.Analysis):
         top = machine.reference_rad_s(machine.high_rpm)
         seats = journal_seats(system, shaft, top, self.journals)
         rigid = on_rigid_supports(system, shaft, seats)
+        first = first_critical_speed_rad_s(rigid, shaft, machine.high_rpm * RAD_S_PER_RPM)
         journals = Journals(
             seats=seats,
             loads_kg=journal_loads_kg(rigid, list(seats)),
-            overhung_kg=self._overhung(system, shaft, seats),
+            overhung_kg=self._overhung(engine, shaft, seats),
         )
-        rules = PlacementRules(
-            speed_max_rpm=machine.high_rpm,
-            factor=self.unbalance_factor,
-            inboard=self.inboard_threshold,
-            outboard=self.outboard_threshold,
-        )
-        limit = self.range_factor * machine.high_rpm * RAD_S_PER_RPM
-        cases = unbalance_cases(system, shaft, journals, rules, limit)
-        asked = Asked(
-            machine=machine, edition=self.edition, range_factor=self.range_factor,
-            probes=self.probes, clearances=self.clearances,
-        )  # fmt: skip
-        first = first_critical_speed_rad_s(rigid, shaft, machine.high_rpm * RAD_S_PER_RPM)
-        document: dict[str, Any] = {
-            "note": "computed in the manner of API 617; it certifies nothing",
-            "edition": self.edition,
-            "shaft": shaft,
-            "speeds": {
-                "minimum_rpm": machine.low_rpm,
-                "maximum_continuous_rpm": machine.high_rpm,
-                "trip_rpm": machine.trip_rpm,
-            },
+        asked = self._asked(engine, machine, journals, first * RPM_PER_RAD_S)
+        found = {OWN: bearing_case_document(system, {}, asked)}
+        for case in self.cases:
+            changed = engine.with_laws(case.laws)
+            found[case.name] = bearing_case_document(changed, case.laws, asked)
+        document = self._machine_document(engine, machine, journals) | {
             "assumptions": list(self._assumptions(machine)),
-            "journals": [
-                {"bearing": n, "at": end.label, "axial_m": axial_m(system, end),
-                 "load_kg": journals.loads_kg[n]}
-                for n, end in seats.items()
-            ],
-            "overhung_kg": list(journals.overhung_kg),
             "first_critical_on_rigid_supports_rpm": first * RPM_PER_RAD_S,
             "stability_is_asked": machine.high_rpm * RAD_S_PER_RPM > first,
-            "cases": {case.name: case_document(system, case, asked) for case in cases},
-            **self._stability(system, machine, seats, first * RPM_PER_RAD_S),
-        }  # fmt: skip
-        document["iso"] = self._iso(document, rigid, machine)
+            "bearing_cases": found,
+        }
+        places = [journal["axial_m"] for journal in document["journals"]]
+        bodies = [rotor.element for rotor in rigid.system.rotors.values()]
+        document["iso"] = iso_document(found, places, bodies, machine, self.balance_grade)
         rows = clause_rows(document)
         verdict = verdict_of(rows)
         word = {"fail": "FAIL"}.get(verdict["verdict"], verdict["verdict"])
@@ -210,61 +215,64 @@ class Api617Spec(base.Analysis):
             headline=f"{word} by API 617, {told.edition_text(self.edition)}: {verdict['why']}",
         )
 
+    def _asked(
+        self, engine: base.Engine, machine: Machine, journals: Journals, first_critical_rpm: float
+    ) -> LateralAsked:
+        """What every set of bearing laws is asked."""
+        middle = middle_of(engine.system, machine.shaft, journals.seats)
+        return LateralAsked(
+            journals=journals,
+            rules=PlacementRules(
+                speed_max_rpm=machine.high_rpm,
+                factor=self.unbalance_factor,
+                inboard=self.inboard_threshold,
+                outboard=self.outboard_threshold,
+            ),
+            response=Asked(
+                machine=machine, edition=self.edition, range_factor=self.range_factor,
+                probes=self.probes, clearances=self.clearances,
+            ),
+            stability=StabilityAsked(
+                stages=self.stages,
+                sources=self.level_2,
+                applied_at=[end_of(place) for place in self.applied_at] or [middle],
+                coefficients=self.level_1_coefficients,
+                first_critical_rpm=first_critical_rpm,
+            ),
+        )  # fmt: skip
+
+    def _machine_document(
+        self, engine: base.Engine, machine: Machine, journals: Journals
+    ) -> dict[str, Any]:
+        return {
+            "note": "computed in the manner of API 617; it certifies nothing",
+            "edition": self.edition,
+            "shaft": machine.shaft,
+            "speeds": {
+                "minimum_rpm": machine.low_rpm,
+                "maximum_continuous_rpm": machine.high_rpm,
+                "trip_rpm": machine.trip_rpm,
+            },
+            "journals": [
+                {
+                    "bearing": name,
+                    "at": end.label,
+                    "axial_m": axial_m(engine.system, end),
+                    "load_kg": journals.loads_kg[name],
+                }
+                for name, end in journals.seats.items()
+            ],
+            "overhung_kg": list(journals.overhung_kg),
+        }
+
     def _overhung(
-        self, system: AssembledSystem, shaft: str, seats: Mapping[str, Any]
+        self, engine: base.Engine, shaft: str, seats: Mapping[str, End]
     ) -> tuple[float, float]:
         """Masses beyond the outer journals, those that are given in place of computed ones."""
-        masses = dict(zip(("first", "last"), overhung_masses_kg(system, shaft, seats), strict=True))
+        below, above = overhung_masses_kg(engine.system, shaft, seats, engine.masses_beyond)
         names = list(seats)
-        for own in self.overhangs:
-            if own.bearing in (names[0], names[-1]):
-                masses["first" if own.bearing == names[0] else "last"] = own.mass_kg
-        return masses["first"], masses["last"]
-
-    def _stability(
-        self,
-        system: AssembledSystem,
-        machine: Machine,
-        seats: Mapping[str, Any],
-        first_critical_rpm: float,
-    ) -> dict[str, Any]:
-        names = [name for source in self.level_2 for name in source.bearings or ()]
-        base_rotor = without(system, names)
-        places = [end_of(place) for place in self.applied_at] or [
-            middle_of(system, machine.shaft, seats)
-        ]
-        level_1 = level_2 = None
-        if self.stages:
-            level_1 = level_1_document(base_rotor, machine, self.stages, places, first_critical_rpm)
-        if self.level_2:
-            level_2 = level_2_document(system, base_rotor, machine, self.level_2)
-        return {"level_1": level_1, "level_2": level_2}
-
-    def _iso(
-        self, document: Mapping[str, Any], rigid: AssembledSystem, machine: Machine
-    ) -> dict[str, Any]:
-        """Zones of the largest vibration, and what a grade of balance permits."""
-        cases = document["cases"].values()
-        largest = max((case["largest_m"] for case in cases), default=0.0)
-        elements = [rotor.element for rotor in rigid.system.rotors.values()]
-        mass = sum(e.mass_kg for e in elements)
-        middle = sum(e.mass_kg * e.center_of_gravity_m[2] for e in elements) / mass
-        whole = permissible_unbalance_kg_m(mass, self.balance_grade, machine.high_rpm)
-        ends = [journal["axial_m"] for journal in document["journals"]]
-        is_between = len(ends) > 1 and ends[0] < middle < ends[-1]
-        planes = in_two_planes(whole, middle - ends[0], ends[-1] - middle) if is_between else None
-        placed = max((u["moment_kg_m"] for c in cases for u in c["unbalances"]), default=0.0)
-        return {
-            "zone_borders_m": list(zone_borders_m(machine.high_rpm)),
-            "largest_m": largest,
-            "zone": vibration_zone(largest, machine.high_rpm),
-            "mass_kg": mass,
-            "grade_mm_per_s": self.balance_grade,
-            "permissible_kg_m": whole,
-            "in_planes_kg_m": None if planes is None else list(planes),
-            "largest_placed_kg_m": placed,
-            "grade_of_placed_mm_per_s": grade_of_unbalance_mm_per_s(placed, mass, machine.high_rpm),
-        }
+        given = {own.bearing: own.mass_kg for own in self.overhangs}
+        return given.get(names[0], below), given.get(names[-1], above)
 
     def _assumptions(self, machine: Machine) -> Iterator[str]:
         """Yield what was not seen in the standard itself, and what the model leaves out."""
@@ -278,8 +286,9 @@ class Api617Spec(base.Analysis):
             "(inboard_threshold, outboard_threshold); they are sought at interfaces"
         )
         yield (
-            "masses beyond outer journals are what weighs on interfaces there, without what lies "
-            "next to the journal (overhangs)"
+            "masses beyond outer journals are those of the drawn body beyond the middle of the "
+            "journal, with the disks there; of a body without a drawing what weighs on interfaces "
+            "(overhangs)"
         )
         if self.trip_rpm is None:
             yield f"trip speed {machine.trip_rpm:g} rpm, 1.05 times the maximum (trip_rpm)"
@@ -288,23 +297,32 @@ class Api617Spec(base.Analysis):
         yield "stability is asked for above the first undamped critical speed on rigid supports"
         yield "level II asks for a log decrement of 0.1 at least"
         yield "borders of region B as read off the figure; zones of ISO 20816-3 as of 7919-3"
-        yield (
-            "bearings as the scene gives them, one set: smallest and largest clearance are cases "
-            "of a sweep; tilting pads with synchronous coefficients"
-        )
+        if not self.cases:
+            yield (
+                "one set of bearing laws, that of the scene: smallest and largest clearance, "
+                "preload and oil temperature are further sets (cases)"
+            )
+        if self.stages:
+            yield _LEVEL_1[self.level_1_coefficients]
+            left_out = [name for source in self.level_2 for name in source.bearings or ()]
+            yield (
+                f"level I leaves out {', '.join(left_out) or 'no bearing'} (level_2 names what it "
+                "leaves out); level II takes each bearing at the frequency of the mode"
+            )
 
     def pictures(self, found: base.Found) -> Mapping[str, base.Charts]:
         """Responses of every case; damping over applied cross-coupling where it was computed."""
         document = found.document
-        pictures: dict[str, base.Charts] = {}
-        if document["cases"]:
-            pictures[""] = lambda: told.response_charts(document)
-        if document["level_1"]:
-            pictures["_stability"] = lambda: [
-                told.cross_coupling_chart(document),
-                *told.region_charts(document),
-            ]
-        return pictures
+        drawn: dict[str, base.Charts] = {}
+        for name, part in (
+            (OWN, ""),
+            *((case.name, f"_{case.file_part}") for case in self.cases),
+        ):
+            if document["bearing_cases"][name]["cases"]:
+                drawn[part] = partial(pictures.response_charts, document, name)
+        if self.stages:
+            drawn["_stability"] = partial(pictures.stability_charts, document)
+        return drawn
 
     def blocks(self, found: base.Found) -> Sequence[AnalysisBlock]:
         """Verdict, clauses, responses, stability, ISO, and what is assumed."""
@@ -317,7 +335,7 @@ class Api617Spec(base.Analysis):
         kinds: dict[str, type] = dict.fromkeys(
             ("value", "limit", "value_m", "limit_m", "to_spare", "error_estimate"), float
         )
-        kinds |= dict.fromkeys(("clause", "what", "where", "verdict"), str)
+        kinds |= dict.fromkeys(("bearings", "clause", "what", "where", "verdict"), str)
         return Labels(
             {k: ("row", np.array([row[k] for row in rows], kind)) for k, kind in kinds.items()}
         )
@@ -328,8 +346,7 @@ class Api617Spec(base.Analysis):
         yield "passed", float(document["verdict"]["passed"])
         yield "undecided", float(document["verdict"]["verdict"] == "undecided")
         yield "worst_to_spare", document["verdict"]["worst_to_spare"]
-        if document["level_1"]:
-            yield "level_1.log_decrement", document["level_1"]["log_decrement_at_expected"]
-            yield "level_1.times_expected", document["level_1"]["times_expected"]
-        if document["level_2"]:
-            yield "level_2.log_decrement", document["level_2"]["log_decrement"]
+        for level, keys in _LEVELS.items():
+            own = [found[level] for found in document["bearing_cases"].values() if found[level]]
+            for key, name in keys.items():
+                yield f"{level}.{name}", base.smallest_of(one[key] for one in own)

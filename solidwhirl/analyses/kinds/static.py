@@ -383,10 +383,12 @@ def _loaded(document: Mapping[str, Any], state: Mapping[str, Any], k: int) -> Lo
         )
         for load in state["loads"]
     ]
+    acting = [*state["bearings"].values(), *state["loads"]]
     return LoadedState(
         label=_state_text(state),
         lines=list(lines.values()),
         arrows=arrows,
+        largest_n=max((float(np.hypot(*own["force_n"][:2])) for own in acting), default=0.0),
     )
 
 

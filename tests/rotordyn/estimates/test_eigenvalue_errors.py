@@ -21,7 +21,11 @@ from rotors import (
 from scipy.optimize import brentq
 
 from solidwhirl import rotordyn as rd
-from solidwhirl.rotordyn.estimates.eigenvalue_errors import error_scale, frequency_errors
+from solidwhirl.rotordyn.estimates.eigenvalue_errors import (
+    decrement_errors,
+    error_scale,
+    frequency_errors,
+)
 from solidwhirl.rotordyn.modes.left_vectors import (
     balance_of,
     dynamic_stiffness,
@@ -80,6 +84,16 @@ def test_estimates_are_the_true_errors_to_first_order(full, options, speed):
     assert set(found.parts) == {PART, "eigen_solver"}
     np.testing.assert_array_equal(found.total, found.parts[PART] + found.parts["eigen_solver"])
     assert found.bodies_without_estimate == ()
+
+
+@pytest.mark.parametrize("options", [{"damping": 7e4}, {"damping": 2e3, "cross": 2e7}])
+def test_errors_of_decrements(full, options):
+    """Against the decrements of the whole body, of modes with enough damping to lose some."""
+    held = _supports(7e7, **options)
+    exact, modes, system = _both(full, truncated(full, 22), held, 500.0)
+    near = np.abs(exact.eigenvalues[:, None] - modes.eigenvalues[:4]).argmin(axis=0)
+    true = np.abs(exact.log_decrement[near] - modes.log_decrement[:4])
+    np.testing.assert_allclose(decrement_errors(system, modes)[:4], true, rtol=0.1, atol=1e-10)
 
 
 def test_error_of_the_estimate_falls_with_the_square_of_the_cutoff(full):

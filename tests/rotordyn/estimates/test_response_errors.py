@@ -22,6 +22,7 @@ from solidwhirl.rotordyn import AnalysisError, assemble
 from solidwhirl.rotordyn.assembly.coordinates import interface_row
 from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.estimates.response_errors import (
+    amplitude_error,
     harmonic_peak_errors,
     unbalance_peak_errors,
 )
@@ -91,6 +92,26 @@ def test_unbalance_peaks(full, ratio, law):
     found = unbalance_peak_errors(cut, unbalances, node, sampled)
     _compare(found, exact, coarse, sampled, 0.1)
     assert found.bodies_without_estimate == () and "mode_truncation" in found.height
+
+
+@pytest.mark.parametrize("direction", [None, 0.7])
+def test_amplitude_at_one_speed(full, direction):
+    """On flanks and between peaks: the change of what a probe sees, or of the major half axis."""
+    held = [ground("rotor", e, 7e7, 5e7, 8e3, 6e3) for e in ("left", "right")]
+    whole, cut = (one_rotor(body, held) for body in (full, truncated(full, 6)))
+    node = End(body="rotor", interface="right")
+    unbalances = [Unbalance(body="rotor", interface="left", moment_kg_m=1e-3)]
+    speeds = np.array([250.0, 500.0, 800.0])
+
+    def sizes(system):
+        part = unbalance_response(system, unbalances, speeds).exciters[0]
+        if direction is None:
+            return part.orbits().major_m[:, part.nodes.index(node)]
+        return np.abs(part.at_node("rotor", "right") @ [np.cos(direction), np.sin(direction)])
+
+    exact, coarse = sizes(whole), sizes(cut)
+    found = [amplitude_error(cut, unbalances, node, direction, speed) for speed in speeds]
+    np.testing.assert_allclose(found, np.abs(1.0 - exact / coarse), rtol=0.1, atol=1e-6)
 
 
 def test_peaks_over_the_frequency_at_one_speed():

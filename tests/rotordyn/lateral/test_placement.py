@@ -130,3 +130,16 @@ def test_overhung_unbalance():
     assert [u.end.label for u in first.unbalances] == ["rotor.left"]
     wanted = 2.0 * 0.635e-6 * journals.overhung_kg[0]
     assert first.unbalances[0].moment_kg_m == pytest.approx(wanted)
+
+
+def test_without_a_mode_in_range_the_first_one_beyond_is_taken():
+    """A stiff rotor has its unbalance where its first mode will move most."""
+    system = rotor([(0.6, 60.0)], stiffness=1e9)
+    journals, _ = journals_of(system)
+    inside = unbalance_cases(system, "rotor", journals, RULES, 2000.0)
+    first = min(mode for case in inside for mode in case.modes_rad_s)
+    found = unbalance_cases(system, "rotor", journals, RULES, 0.3 * first)
+    modes = [mode for case in found for mode in case.modes_rad_s]
+    assert modes == pytest.approx([first] * len(found), rel=1e-9)
+    (static,) = (case for case in found if case.kind == "static")
+    assert [u.end.label for u in static.unbalances] == ["rotor.mid"]

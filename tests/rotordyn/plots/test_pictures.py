@@ -158,6 +158,7 @@ def test_mode_shapes_stand_beside_each_other(twin, tmp_path, drawn):
         "fast: mode 1,\n153.7 Hz, backward",
         "fast: mode 2,\n182.6 Hz, forward",
     ]
+    assert drawn[0].get_suptitle() == "Twin rotor"
     assert len(frames) == 5
     for mode, axes in enumerate(frames):
         for body in shapes.bodies:

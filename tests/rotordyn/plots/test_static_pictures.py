@@ -25,7 +25,8 @@ def state(rng, speed):
         for k, at in enumerate(places)
     ]  # fmt: skip
     line = LoadedLine(name="rotor", axial_m=z, deflection_m=bent)
-    return LoadedState(label=f"{speed} rpm", lines=[line], arrows=arrows)
+    largest = max((abs(arrow.force_n) for arrow in arrows), default=0.0)
+    return LoadedState(label=f"{speed} rpm", lines=[line], arrows=arrows, largest_n=largest)
 
 
 @pytest.mark.parametrize("seed", range(6))
