@@ -14,8 +14,9 @@ import scipy
 from solidwhirl.rotordyn.assembly.bearing_laws import TableLaw
 from solidwhirl.rotordyn.assembly.frequency_laws import FrequencyTableLaw, frequency_law
 from solidwhirl.rotordyn.assembly.law_pieces import BearingCoefficients, LawPieces
+from solidwhirl.rotordyn.assembly.magnetic_laws import magnetic_bearing
 from solidwhirl.rotordyn.assembly.parts import Bearing
-from solidwhirl.rotordyn.assembly.system import AssembledSystem, spin_sign
+from solidwhirl.rotordyn.assembly.system import AssembledSystem, law_speed_ratio, spin_sign
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
@@ -155,7 +156,7 @@ def spin_ratio(assembled: AssembledSystem, bearing: Bearing) -> float:
 
     It is not negative; a law is evaluated at this times |Ω|.
     """
-    return abs(float(assembled.system.rotors[bearing.first.body].speed_ratio))
+    return abs(law_speed_ratio(assembled.system, bearing))
 
 
 def coefficients_at_speed(
@@ -210,6 +211,8 @@ def _range_findings(
 def _sign_findings(
     assembled: AssembledSystem, bearing: Bearing, speeds: FloatArray
 ) -> Iterator[_Finding]:
+    if bearing.speed_law is not None and magnetic_bearing(bearing.speed_law) is not None:
+        return  # a controller has its signs at each frequency: stability tells
     for part, kind, unit in ((1, "negative damping", "N s/m"), (0, "negative stiffness", "N/m")):
 
         def lowest(speed: float, part: int = part) -> float:

@@ -17,6 +17,7 @@ from solidwhirl.analyses.kinds.nonlinear_response import NonlinearResponseSpec
 from solidwhirl.analyses.kinds.place_map import PlaceMapSpec
 from solidwhirl.analyses.kinds.rotating_campbell import RotatingCampbellSpec
 from solidwhirl.analyses.kinds.run_up import RunUpSpec
+from solidwhirl.analyses.kinds.sensitivity import SensitivitySpec
 from solidwhirl.analyses.kinds.separation_margins import SeparationMarginsSpec
 from solidwhirl.analyses.kinds.stability import StabilitySpec
 from solidwhirl.analyses.kinds.state_space import StateSpaceSpec
@@ -37,6 +38,7 @@ AnalysisSpec = Annotated[
     | SeparationMarginsSpec
     | Api617Spec
     | StabilitySpec
+    | SensitivitySpec
     | BearingLawsSpec
     | RunUpSpec
     | StaticSpec

@@ -31,6 +31,7 @@ from solidwhirl.rotordyn import (
     beam_superelement,
     rigid_superelement,
 )
+from solidwhirl.rotordyn.assembly.magnetic_laws import MagneticLaw
 from solidwhirl.rotordyn.asymmetric import RotatingSystem, assemble_rotating, at_rest
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
@@ -44,10 +45,13 @@ from solidwhirl.scene.joints import (
     PolynomialLawSpec,
     SpeedLawSpec,
 )
+from solidwhirl.scene.magnetic_bearings import MagneticLawSpec
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import is_off_axis
 
 _PRESETS: dict[str, SpeedLaw] = {"lee_isotropic": LEE_ISOTROPIC, "lee_anisotropic": LEE_ANISOTROPIC}
+# Keys of a bearing that are no coefficients.
+_NO_NUMBERS = ("name", "first", "second", "rigid", "speed_law", "sensor", "cross_coupling")
 # What belongs to an effect: a part of the keys of a bearing, and rigid motions.
 _OF_EFFECT = {
     "bearing_damping": ("damping", ()),
@@ -143,7 +147,9 @@ def bearings(scene: Scene, plan: Plan) -> tuple[Bearing, ...]:
     if plan.on("speed_dependent_bearings"):
         return tuple(_bearing(spec, off, laws) for spec in scene.bearings)
     tables = {
-        name: law for name, law in laws.items() if isinstance(law, TableLaw | FrequencyTableLaw)
+        name: law
+        for name, law in laws.items()
+        if isinstance(law, TableLaw | FrequencyTableLaw | MagneticLaw)
     }
     return tuple(_at_rest(_bearing(spec, off, tables)) for spec in scene.bearings)
 
@@ -160,7 +166,7 @@ def _at_rest(bearing: Bearing) -> Bearing:
     if len(k) == 4:
         own["tilt_stiffness_n_m_per_rad"] = bearing.tilt_stiffness_n_m_per_rad + k[2:, 2:]
         own["tilt_damping_n_m_s_per_rad"] = bearing.tilt_damping_n_m_s_per_rad + c[2:, 2:]
-    return replace(bearing, speed_law=None, **own)
+    return replace(bearing, speed_law=None, sensor=None, **own)
 
 
 def _frequency_law(name: str, spec: FrequencyTableLawSpec, damped: float) -> FrequencyTableLaw:
@@ -187,6 +193,8 @@ def _law(name: str, spec: SpeedLawSpec, damped: bool) -> SpeedLaw:
         return PolynomialLaw(name=name, **spec.model_dump(exclude={"kind"}))
     if isinstance(spec, FrequencyTableLawSpec):
         return _frequency_law(name, spec, float(damped))
+    if isinstance(spec, MagneticLawSpec) and damped:
+        return MagneticLaw(name=name, bearing=spec.bearing())
     if isinstance(spec, FileLawSpec):
         raise AssemblyError((f"law {name!r}: its file {spec.file!r} was not read with the scene",))
     if isinstance(spec, AbsoluteLaw):
@@ -201,18 +209,21 @@ def _bearing(spec: BearingSpec, off: tuple[str, ...], laws: Mapping[str, SpeedLa
     values: dict[str, FloatArray | float] = {}
     fixed = {c for name in off for c in _OF_EFFECT[name][1]}
     for key in BearingSpec.model_fields:
-        if key in ("name", "first", "second", "rigid", "speed_law", "cross_coupling"):
+        if key in _NO_NUMBERS:
             continue
         if any(_OF_EFFECT[n][0] in key for n in off):
             continue
         value = getattr(spec, key)
         values[key] = value if isinstance(value, float) else np.array(value, dtype=float)
+    law = laws.get(spec.speed_law or "")
+    is_sensed = spec.sensor is not None and isinstance(law, MagneticLaw)
     return Bearing(
         name=spec.name,
         first=end_of(spec.first),
         second=None if spec.second == "ground" else end_of(spec.second),
         rigid=tuple(c for c in spec.rigid if c not in fixed),
-        speed_law=laws.get(spec.speed_law or ""),
+        speed_law=law,
+        sensor=end_of(spec.sensor) if is_sensed and spec.sensor is not None else None,
         cross_coupling=spec.cross_coupling,
         **values,  # type: ignore[arg-type]
     )

@@ -13,6 +13,7 @@ from solidwhirl.analyses.kinds.critical_speed_map import CriticalSpeedMapSpec
 from solidwhirl.analyses.kinds.nodal_diameters import NodalDiametersSpec
 from solidwhirl.analyses.kinds.nonlinear_response import ClearanceJointSpec, NonlinearResponseSpec
 from solidwhirl.analyses.kinds.run_up import RunUpSpec
+from solidwhirl.analyses.kinds.sensitivity import SensitivitySpec
 from solidwhirl.analyses.kinds.separation_margins import SeparationMarginsSpec
 from solidwhirl.analyses.kinds.static import StaticSpec
 from solidwhirl.analyses.kinds.stiffness_study import StiffnessStudySpec
@@ -21,6 +22,7 @@ from solidwhirl.core.errors import unknown
 from solidwhirl.geometry.features import MOST
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.scene.bearing_physics import AbsoluteLaw
+from solidwhirl.scene.magnetic_bearings import MagneticLawSpec
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import EFFECT_OF, acting_on, is_off_axis
 from solidwhirl.scene_checks.recovery_references import no_common_sector, no_solid, sectors_of
@@ -97,6 +99,10 @@ def _further_problems(scene: Scene, spec: AnalysisSpec) -> Iterator[str]:
         yield from _bow_problems(scene, spec)
     if isinstance(spec, Api617Spec):
         yield from _api617_problems(scene, spec)
+    if isinstance(spec, SensitivitySpec) and not any(
+        isinstance(scene.speed_laws.get(b.speed_law or ""), MagneticLawSpec) for b in scene.bearings
+    ):
+        yield "kind: sensitivity is that of magnetic bearings; no bearing has a law of that kind"
     if isinstance(spec, SeparationMarginsSpec) and not (spec.operating or scene.operating):
         yield "operating: missing; give it here or as [[operating]] of the scene"
 
@@ -214,6 +220,14 @@ def _support_problems(
 
 
 def _run_up_problems(scene: Scene, spec: RunUpSpec) -> Iterator[str]:
+    for bearing in scene.bearings:
+        law = scene.speed_laws.get(bearing.speed_law or "")
+        if isinstance(law, MagneticLawSpec) and law.bearing().controller.integrates:
+            yield (
+                f"kind: a run_up takes bearings as they are at the frequency of the spin, and the "
+                f"controller of {bearing.speed_law!r} integrates, which has no value at rest; give "
+                "it no integral part for a run_up"
+            )
     ratios = [abs(scene.speed_ratio(u.at.partition(".")[0])) for u in spec.unbalances]
     fastest = max(ratios, default=0.0) * spec.to_rpm / 60.0
     if spec.record_hz < _RECORDS_PER_TURN * fastest:
