@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -29,6 +29,14 @@ _ROUNDED_ZERO = 1e-14
 _HALVINGS = 48
 
 
+class Beyond(NamedTuple):
+    """A quantity (with its unit), its figure, and the limit that it is beyond."""
+
+    quantity: str
+    value: float
+    limit: float
+
+
 @dataclass(frozen=True, kw_only=True)
 class BearingNote:
     """Tell that a bearing is doubtful over an interval of speed.
@@ -36,7 +44,8 @@ class BearingNote:
     `kind`: "outside range" (of the speeds the law was made for), "negative damping" or "negative
     stiffness" (a motion exists to which the bearing gives energy, or that it does not resist),
     "mirrored" or "not mirrored" (cross terms under a shaft that turns backward), "held torsion" (a
-    spring between a turning shaft and the ground acts on rz); `speed_low_rad_s`,
+    spring between a turning shaft and the ground acts on rz), "beyond theory" (that the law is
+    computed by; `beyond` has the figure and its limit then); `speed_low_rad_s`,
     `speed_high_rad_s`: where, as |Ω| of the reference shaft, rad/s. `finding`: what was found,
     with its figures but without bearing and speeds; the same for bearings of one law.
     """
@@ -46,6 +55,7 @@ class BearingNote:
     speed_low_rad_s: float
     speed_high_rad_s: float
     finding: str
+    beyond: Beyond | None = None
 
     @property
     def message(self) -> str:

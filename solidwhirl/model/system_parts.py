@@ -35,7 +35,7 @@ from solidwhirl.rotordyn.assembly.magnetic_laws import MagneticLaw
 from solidwhirl.rotordyn.asymmetric import RotatingSystem, assemble_rotating, at_rest
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
-from solidwhirl.scene.bearing_physics import AbsoluteLaw
+from solidwhirl.scene.bearing_physics import AbsoluteLaw, SqueezeFilmLawSpec
 from solidwhirl.scene.joints import (
     BeamSpec,
     BearingSpec,
@@ -50,6 +50,8 @@ from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import is_off_axis
 
 _PRESETS: dict[str, SpeedLaw] = {"lee_isotropic": LEE_ISOTROPIC, "lee_anisotropic": LEE_ANISOTROPIC}
+# A frequency and a speed beyond all others, rad/s.
+_QUICK = 1e6
 # Keys of a bearing that are no coefficients.
 _NO_NUMBERS = ("name", "first", "second", "rigid", "speed_law", "sensor", "cross_coupling")
 # What belongs to an effect: a part of the keys of a bearing, and rigid motions.
@@ -144,14 +146,22 @@ def bearings(scene: Scene, plan: Plan) -> tuple[Bearing, ...]:
     off = tuple(name for name in _OF_EFFECT if not plan.on(name))
     damped = plan.on("bearing_damping")
     laws = {name: _law(name, spec, damped) for name, spec in scene.speed_laws.items()}
-    if plan.on("speed_dependent_bearings"):
-        return tuple(_bearing(spec, off, laws) for spec in scene.bearings)
-    tables = {
-        name: law
-        for name, law in laws.items()
-        if isinstance(law, TableLaw | FrequencyTableLaw | MagneticLaw)
+    still = laws | {
+        name: _film_of_a_still_ring(name, spec, float(damped))
+        for name, spec in scene.speed_laws.items()
+        if isinstance(spec, SqueezeFilmLawSpec)
     }
-    return tuple(_at_rest(_bearing(spec, off, tables)) for spec in scene.bearings)
+    found = []
+    for spec in scene.bearings:
+        turns = scene.speed_ratio(spec.first.partition(".")[0]) != 0.0
+        found.append((spec, (laws if turns else still).get(spec.speed_law or "")))
+    if plan.on("speed_dependent_bearings"):
+        return tuple(_bearing(spec, off, law) for spec, law in found)
+    absolute = (TableLaw, FrequencyTableLaw, MagneticLaw)
+    return tuple(
+        _at_rest(_bearing(spec, off, law if isinstance(law, absolute) else None))
+        for spec, law in found
+    )
 
 
 def _at_rest(bearing: Bearing) -> Bearing:
@@ -205,7 +215,26 @@ def _law(name: str, spec: SpeedLawSpec, damped: bool) -> SpeedLaw:
     return _PRESETS[spec.preset]
 
 
-def _bearing(spec: BearingSpec, off: tuple[str, ...], laws: Mapping[str, SpeedLaw]) -> Bearing:
+def _film_of_a_still_ring(name: str, spec: SqueezeFilmLawSpec, damped: float) -> FrequencyTableLaw:
+    """Return a damper around a ring that stands still, over the frequency of the motion alone.
+
+    Its stiffness is proportional to that, so that two frequencies say all.
+    """
+    ends = np.array([0.0, _QUICK])
+    rows = spec.over_whirl(ends)
+    stiffness, damping = (np.array([part, part]) for part in rows[1:3])
+    return FrequencyTableLaw(
+        name=name,
+        speeds_rad_s=ends,
+        frequencies_rad_s=ends,
+        stiffness_n_per_m=stiffness,
+        damping_n_s_per_m=damped * damping,
+        mass_kg=np.zeros(stiffness.shape),
+        interpolation="linear",
+    )
+
+
+def _bearing(spec: BearingSpec, off: tuple[str, ...], law: SpeedLaw | None) -> Bearing:
     values: dict[str, FloatArray | float] = {}
     fixed = {c for name in off for c in _OF_EFFECT[name][1]}
     for key in BearingSpec.model_fields:
@@ -215,7 +244,6 @@ def _bearing(spec: BearingSpec, off: tuple[str, ...], laws: Mapping[str, SpeedLa
             continue
         value = getattr(spec, key)
         values[key] = value if isinstance(value, float) else np.array(value, dtype=float)
-    law = laws.get(spec.speed_law or "")
     is_sensed = spec.sensor is not None and isinstance(law, MagneticLaw)
     return Bearing(
         name=spec.name,

@@ -8,7 +8,11 @@ import numpy as np
 
 from solidwhirl.core.errors import repeated, unknown
 from solidwhirl.core.fields import alike_in_files
-from solidwhirl.scene.bearing_physics import AbsoluteLaw, ShortBearingLawSpec
+from solidwhirl.scene.bearing_physics import (
+    AbsoluteLaw,
+    ShortBearingLawSpec,
+    SqueezeFilmLawSpec,
+)
 from solidwhirl.scene.joints import BearingSpec, GearSpec
 from solidwhirl.scene.magnetic_bearings import MagneticLawSpec
 from solidwhirl.scene.records import Scene
@@ -107,7 +111,7 @@ def _law_problems(scene: Scene, bearing: BearingSpec) -> Iterator[str]:
         yield "speed_law: ux or uy is rigid; give one of the two"
     ratios = scene.speed_ratios()
     body = bearing.first.partition(".")[0]
-    if ratios.get(body) == 0.0 and not isinstance(law, MagneticLawSpec):
+    if ratios.get(body) == 0.0 and not isinstance(law, MagneticLawSpec | SqueezeFilmLawSpec):
         yield (
             f"first: {body!r} does not turn, and the law takes the speed of the first end; put "
             "the end on the turning body first"
