@@ -122,8 +122,15 @@ def bearing_notes(
         found += _sign_findings(assembled, bearing, looked)
         found += _sense_findings(assembled, bearing, sampled)
         for kind, first, last, text in found:
-            ends = {"speed_low_rad_s": first, "speed_high_rad_s": last}
-            notes.append(BearingNote(bearing=bearing.name, kind=kind, finding=text, **ends))
+            notes.append(
+                BearingNote(
+                    bearing=bearing.name,
+                    kind=kind,
+                    speed_low_rad_s=first,
+                    speed_high_rad_s=last,
+                    finding=text,
+                )
+            )
     return tuple(notes)
 
 

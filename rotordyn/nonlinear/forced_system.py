@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -46,10 +46,11 @@ class ForcedSystem:
     """Hold what is balanced: M q'' + (C + Ω G) q' + K q + Σ Bᵀ f(B q, B q') = loads.
 
     `assembled`: the linear part, n coordinates; `forces`: j of them; `motion`: B, x and y of each
-    joint per coordinate, shape (2j, n); `frequency_ratio`: ω over Ω of the unbalance;
-    `turning_kg_m`: its load per ω², shape (n,); `steady_n`: weight, shape (n,). `shift_n_per_m`: a
-    stiffness that is added at the joints and taken from their forces again, so that parts that the
-    joints alone hold can be condensed.
+    joint per coordinate, shape (2j, n); `frequency_ratio`: ω over Ω of the first harmonic;
+    `turning_kg_m`: load of the unbalance over its frequency squared, shape (n,); `steady_n`:
+    weight, shape (n,). `shift_n_per_m`: a stiffness that is added at the joints and taken from
+    their forces again, so that parts that the joints alone hold can be condensed.
+    `period_multiple`: turns of the unbalance after which motions repeat: its load is that harmonic.
     """
 
     assembled: AssembledSystem
@@ -59,6 +60,12 @@ class ForcedSystem:
     turning_kg_m: ComplexArray
     steady_n: FloatArray
     shift_n_per_m: float
+    period_multiple: int = 1
+
+    def repeating_after(self, turns: int) -> ForcedSystem:
+        """Return the system for motions that repeat after so many turns of the unbalance."""
+        ratio = self.frequency_ratio * self.period_multiple / turns
+        return replace(self, frequency_ratio=ratio, period_multiple=turns)
 
     @property
     def width(self) -> int:
@@ -182,8 +189,8 @@ def condensed(
 
 def _loads(forced: ForcedSystem, harmonic: int, omega: float) -> tuple[ComplexArray, ComplexArray]:
     """Load of a harmonic, and its derivative by Ω."""
-    if harmonic == 1:
-        rise = 2.0 * forced.frequency_ratio * omega
-        return omega**2 * forced.turning_kg_m, rise * forced.turning_kg_m
+    if harmonic == forced.period_multiple:
+        rise = 2.0 * harmonic**2 * forced.frequency_ratio * omega
+        return (harmonic * omega) ** 2 * forced.turning_kg_m, rise * forced.turning_kg_m
     zero = np.zeros(forced.assembled.size, dtype=complex)
     return (forced.steady_n + zero if harmonic == 0 else zero), zero

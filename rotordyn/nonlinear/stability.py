@@ -30,12 +30,13 @@ class SmallMotions:
     """Hold what small motions beside a periodic one are made of.
 
     `system`: projected on m shapes; `motion`: relative motion at the joints per shape, (2j, m);
-    `forced`: whole system.
+    `forced`: whole system; `shapes`: of its n coordinates, (n, m).
     """
 
     system: AssembledSystem
     motion: FloatArray
     forced: ForcedSystem
+    shapes: FloatArray
 
 
 def small_motions(forced: ForcedSystem, top_rad_s: float) -> SmallMotions:
@@ -45,7 +46,8 @@ def small_motions(forced: ForcedSystem, top_rad_s: float) -> SmallMotions:
     """
     system = forced.assembled
     if system.size <= _MOST:
-        return SmallMotions(system=system, motion=forced.motion, forced=forced)
+        whole = np.eye(system.size)
+        return SmallMotions(system=system, motion=forced.motion, forced=forced, shapes=whole)
     squared, shapes = rest_modes(system)
     omega = forced.frequency_ratio * top_rad_s
     low = int(np.count_nonzero(squared <= (_TIMES * omega) ** 2))
@@ -59,20 +61,25 @@ def small_motions(forced: ForcedSystem, top_rad_s: float) -> SmallMotions:
     found = size > _DEPENDENT * size[-1]
     basis = np.hstack((kept, columns @ (turn[:, found] / np.sqrt(size[found]))))
     return SmallMotions(
-        system=project_system(system, basis), motion=forced.motion @ basis, forced=forced
+        system=project_system(system, basis),
+        motion=forced.motion @ basis,
+        forced=forced,
+        shapes=basis,
     )
 
 
 def multipliers(
-    small: SmallMotions, motion_m: FloatArray, speed_rad_s: float, steps: int = _STEPS
+    small: SmallMotions, motion_m: FloatArray, speed_rad_s: float, steps: int | None = None
 ) -> ComplexArray:
     """Return the Floquet multipliers of a periodic motion, the largest first, shape (2m,).
 
-    `motion_m`: coefficients at the joints, shape (2h + 1, 2j); `steps`: a power of 2. Each step of
+    `motion_m`: coefficients at the joints, shape (2h + 1, 2j); `steps`: of the period, a power of
+    2; by default 128 per turn of the unbalance or some more. Each step of
     the period is a Magnus integrator of fourth order with a Padé approximant of its exponential,
     which keeps undamped motions at 1 (Iserles et al. 2000, Acta Numerica 9).
     """
     omega = small.forced.frequency_ratio * speed_rad_s
+    steps = steps or _STEPS << (small.forced.period_multiple - 1).bit_length()
     states = _state_matrices(small, motion_m, speed_rad_s, steps)
     length = 2.0 * np.pi / (steps * omega)
     whole = magnus_exponent(length * states[0::2], length * states[1::2])
