@@ -56,7 +56,7 @@ class SqueezeFilmDamper:
         """Return stiffness and damping on a circular orbit run through at a speed, rad/s.
 
         The force is −K e inward and −C e |ω| against the motion. Open ends: Ocvirk; sealed ends:
-        Sommerfeld's long film (Vance 1988, Rotordynamics of Turbomachinery, chapter 6).
+        Sommerfeld's long film (Vance 1988, Rotordynamics of Turbomachinery).
         """
         ratio, left = self.orbit_ratio, 1.0 - self.orbit_ratio**2
         if self.ends == "open":

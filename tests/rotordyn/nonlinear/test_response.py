@@ -250,7 +250,10 @@ def sought(force, system, moment, speeds, turns, **options):
 
 
 def test_subharmonic_of_order_three():
-    """Where it exists: balance of ω/3 with the linear motion at ω, in x of a Duffing oscillator."""
+    """Where it exists: balance of ω/3 with the linear motion at ω, in x of a Duffing oscillator.
+
+    Nayfeh and Mook (1995), Nonlinear Oscillations, section 4.1.4, without expansion about 3 ω0.
+    """
     damping, offset, alpha = 200.0, 1.5e-6, 1e17 / MASS
     force, system = CubicSpring(along_n_per_m3=(1e17, 0.0)), jeffcott(damping=damping)
     found = sought(force, system, MASS * offset, (2500.0, 3600.0), (3,))
