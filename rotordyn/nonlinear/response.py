@@ -169,7 +169,8 @@ def nonlinear_response(
         more, missed = _sought(own, (low, high), found, (harmonics, tolerance))
         truncation = max(truncation, missed)
         groups[turns] = (*groups.get(turns, ()), *more)
-    told, jumps = [], []
+    told: list[NonlinearBranch] = []
+    jumps: list[Jump] = []
     for turns, group in groups.items():
         own = of_period(small, turns)
         parts = tuple(_told(own, branch, rows) for branch in group)
