@@ -238,6 +238,14 @@ def is_turned_by_spin(law: SpeedLaw) -> bool:
     return not (isinstance(law, PolynomialLaw) or getattr(law, "is_symmetric", False))
 
 
+def follows_spin(law: SpeedLaw) -> bool:
+    """Tell whether a law changes with the spin of the bearing's first side.
+
+    One that does not, as of a magnetic bearing or a damper, may depend on the frequency alone.
+    """
+    return bool(getattr(law, "follows_spin", True))
+
+
 def law_motions(law: SpeedLaw) -> tuple[int, ...]:
     """Return which of ux, uy, uz, rx, ry, rz a law is on: the first two, or four with tilts."""
     return (0, 1, 3, 4)[: getattr(law, "size", 2)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -14,8 +14,9 @@ import scipy
 from solidwhirl.rotordyn.assembly.bearing_laws import TableLaw
 from solidwhirl.rotordyn.assembly.frequency_laws import FrequencyTableLaw, frequency_law
 from solidwhirl.rotordyn.assembly.law_pieces import BearingCoefficients, LawPieces
+from solidwhirl.rotordyn.assembly.magnetic_laws import magnetic_bearing
 from solidwhirl.rotordyn.assembly.parts import Bearing
-from solidwhirl.rotordyn.assembly.system import AssembledSystem, spin_sign
+from solidwhirl.rotordyn.assembly.system import AssembledSystem, law_speed_ratio, spin_sign
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
@@ -28,6 +29,14 @@ _ROUNDED_ZERO = 1e-14
 _HALVINGS = 48
 
 
+class Beyond(NamedTuple):
+    """A quantity (with its unit), its figure, and the limit that it is beyond."""
+
+    quantity: str
+    value: float
+    limit: float
+
+
 @dataclass(frozen=True, kw_only=True)
 class BearingNote:
     """Tell that a bearing is doubtful over an interval of speed.
@@ -35,7 +44,8 @@ class BearingNote:
     `kind`: "outside range" (of the speeds the law was made for), "negative damping" or "negative
     stiffness" (a motion exists to which the bearing gives energy, or that it does not resist),
     "mirrored" or "not mirrored" (cross terms under a shaft that turns backward), "held torsion" (a
-    spring between a turning shaft and the ground acts on rz); `speed_low_rad_s`,
+    spring between a turning shaft and the ground acts on rz), "beyond theory" (that the law is
+    computed by; `beyond` has the figure and its limit then); `speed_low_rad_s`,
     `speed_high_rad_s`: where, as |Ω| of the reference shaft, rad/s. `finding`: what was found,
     with its figures but without bearing and speeds; the same for bearings of one law.
     """
@@ -45,6 +55,7 @@ class BearingNote:
     speed_low_rad_s: float
     speed_high_rad_s: float
     finding: str
+    beyond: Beyond | None = None
 
     @property
     def message(self) -> str:
@@ -111,8 +122,15 @@ def bearing_notes(
         found += _sign_findings(assembled, bearing, looked)
         found += _sense_findings(assembled, bearing, sampled)
         for kind, first, last, text in found:
-            ends = {"speed_low_rad_s": first, "speed_high_rad_s": last}
-            notes.append(BearingNote(bearing=bearing.name, kind=kind, finding=text, **ends))
+            notes.append(
+                BearingNote(
+                    bearing=bearing.name,
+                    kind=kind,
+                    speed_low_rad_s=first,
+                    speed_high_rad_s=last,
+                    finding=text,
+                )
+            )
     return tuple(notes)
 
 
@@ -155,7 +173,7 @@ def spin_ratio(assembled: AssembledSystem, bearing: Bearing) -> float:
 
     It is not negative; a law is evaluated at this times |Ω|.
     """
-    return abs(float(assembled.system.rotors[bearing.first.body].speed_ratio))
+    return abs(law_speed_ratio(assembled.system, bearing))
 
 
 def coefficients_at_speed(
@@ -210,6 +228,8 @@ def _range_findings(
 def _sign_findings(
     assembled: AssembledSystem, bearing: Bearing, speeds: FloatArray
 ) -> Iterator[_Finding]:
+    if bearing.speed_law is not None and magnetic_bearing(bearing.speed_law) is not None:
+        return  # a controller has its signs at each frequency: stability tells
     for part, kind, unit in ((1, "negative damping", "N s/m"), (0, "negative stiffness", "N/m")):
 
         def lowest(speed: float, part: int = part) -> float:

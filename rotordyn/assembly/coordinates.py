@@ -75,6 +75,14 @@ def joint_motion(assembled: Placed, bearing: Bearing) -> FloatArray:
     return motion if bearing.second is None else motion - seat_motion(assembled, bearing.second)
 
 
+def sensed_motion(assembled: Placed, bearing: Bearing) -> FloatArray:
+    """Return the motion of a bearing's sensor relative to its second side, see `joint_motion`."""
+    if bearing.sensor is None:
+        return joint_motion(assembled, bearing)
+    motion = seat_motion(assembled, bearing.sensor)
+    return motion if bearing.second is None else motion - seat_motion(assembled, bearing.second)
+
+
 def tooth_motion(assembled: Placed, gear: Gear) -> FloatArray:
     """Return the relative motion of a gear's teeth per independent coordinate, shape (n,).
 

@@ -219,6 +219,11 @@ class FrequencyTableLaw(AnyFrequencyLaw):
         return bool(self.frequencies_rad_s.size) or bool(self.mass_kg.any())
 
     @property
+    def follows_spin(self) -> bool:
+        """Whether rows of different speeds differ."""
+        return any((m != m[:1]).any() for m in (getattr(self, name) for name in _MATRICES))
+
+    @property
     def depends_on_growth(self) -> bool:  # type: ignore[override]
         """Whether there is added mass."""
         return bool(self.mass_kg.any())

@@ -72,7 +72,8 @@ class Bearing:
     forward, so that `assemble` changes the sign of all cross terms of the bearing where it turns
     backward, and writes "mirrored" here. "as_given": they are taken as they are. Equal cross terms
     (xy = yx in stiffness and damping, at all speeds) are those of an elastic support with inclined
-    axes, and stay.
+    axes, and stay. `sensor`: where the sensors of a magnetic bearing look, against `second`; None:
+    where `first` is.
     """
 
     name: str
@@ -89,6 +90,7 @@ class Bearing:
     rigid: tuple[str, ...] = ()
     speed_law: SpeedLaw | None = None
     cross_coupling: CrossCoupling = "with_spin"
+    sensor: End | None = None
 
     def __post_init__(self) -> None:
         freeze_arrays(self, *_COUPLED)
@@ -358,6 +360,10 @@ def _end_problems(system: System, bearing: Bearing) -> Iterator[str]:
         needed += [c for c in held if c not in needed]
     for end in bearing.ends:
         yield from _seat_problems(system, end, needed)
+    if bearing.sensor is not None:
+        yield from _seat_problems(system, bearing.sensor, ("ux", "uy"))
+        if not hasattr(bearing.speed_law, "sensed_apart"):
+            yield f"sensor is {bearing.sensor.label}, but its law is none of a magnetic bearing"
 
 
 def _seat_problems(system: System, end: End, needed: Sequence[str]) -> Iterator[str]:

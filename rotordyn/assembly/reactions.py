@@ -155,10 +155,10 @@ def _flexible_force(assembled: AssembledSystem, bearing: Bearing, motion: _Motio
     stiffness[:2, :2] = damping[:2, :2] = 0.0
     force = place @ stiffness.T + speed @ damping.T
     (law,) = (joint for joint in assembled.law_joints if joint.bearing == bearing.name)
-    of_place, of_speed = law.coefficients_along(motion.speed[:, 0])
-    at = list(law_motions(law.law))
-    force[:, at] += np.einsum("pij,pj->pi", of_place, place[:, at])
-    force[:, at] += np.einsum("pij,pj->pi", of_speed, speed[:, at])
+    at = list(law_motions(bearing.speed_law))
+    parts = (motion.displacement, motion.velocity)
+    for matrix, part in zip(law.coefficients_along(motion.speed[:, 0]), parts, strict=True):
+        force[:, at] += np.einsum("pij,pj->pi", matrix[:, : len(at)], part @ law.motion.T)
     return np.asarray(force)
 
 

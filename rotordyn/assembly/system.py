@@ -13,8 +13,19 @@ import numpy.typing as npt
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly import parts
-from solidwhirl.rotordyn.assembly.bearing_laws import SpeedLaw, law_motions, law_pieces
-from solidwhirl.rotordyn.assembly.coordinates import Placed, Rows, joint_motion, tooth_motion
+from solidwhirl.rotordyn.assembly.bearing_laws import (
+    SpeedLaw,
+    follows_spin,
+    law_motions,
+    law_pieces,
+)
+from solidwhirl.rotordyn.assembly.coordinates import (
+    Placed,
+    Rows,
+    joint_motion,
+    sensed_motion,
+    tooth_motion,
+)
 from solidwhirl.rotordyn.assembly.frequency_laws import FrequencyLaw, frequency_law
 from solidwhirl.rotordyn.assembly.internal_damping import body_damping
 from solidwhirl.rotordyn.assembly.joints import independent_coordinates
@@ -275,11 +286,32 @@ def matrices_at_speed(assembled: AssembledSystem, speed_rad_s: float) -> SpeedMa
 def bearing_matrices(
     assembled: AssembledSystem, bearing: Bearing, speed_rad_s: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Return stiffness and damping of a bearing on ux, uy, uz, rx, ry, rz at a speed, (6, 6)."""
+    """Return stiffness and damping of a bearing on ux, uy, uz, rx, ry, rz at a speed, (6, 6).
+
+    Of a magnetic bearing as if its sensors were at the magnets; see `bearing_force_rows`.
+    """
     for joint in assembled.law_joints:
         if joint.bearing == bearing.name:
-            return bearing.matrices_with(BearingCoefficients(*joint.coefficients(speed_rad_s)))
+            found = joint.coefficients(speed_rad_s)
+            if bearing.sensor is not None:
+                found = tuple(m[:2, :2] + m[:2, 2:] for m in found)  # type: ignore[assignment]
+            return bearing.matrices_with(BearingCoefficients(*found))
     return bearing.matrices()
+
+
+def bearing_force_rows(
+    assembled: AssembledSystem, bearing: Bearing, speed_rad_s: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return the force of a bearing's first side on its second per q and per q', (6, n) each."""
+    stiffness, damping = bearing_matrices(assembled, bearing, speed_rad_s)
+    motion = joint_motion(assembled, bearing)
+    rows = stiffness @ motion, damping @ motion
+    if bearing.sensor is None:
+        return rows
+    (joint,) = (joint for joint in assembled.law_joints if joint.bearing == bearing.name)
+    for row, matrix in zip(rows, joint.coefficients(speed_rad_s), strict=True):
+        row[:2] += matrix[:2, 2:] @ (joint.motion[2:] - joint.motion[:2])
+    return rows
 
 
 # A system is a record that never changes; analyses ask for few ratios, and for one rate per mode.
@@ -385,14 +417,39 @@ def _law_joints(rows: Rows) -> tuple[LawJoint, ...]:
         LawJoint(
             bearing=bearing.name,
             law=bearing.speed_law,
-            speed_ratio=rows.system.rotors[bearing.first.body].speed_ratio,
+            speed_ratio=law_speed_ratio(rows.system, bearing),
             stiffness_n_per_m=bearing.stiffness_n_per_m,
             damping_n_s_per_m=bearing.damping_n_s_per_m,
             motion=joint_motion(rows, bearing)[list(law_motions(bearing.speed_law))],
         )
+        if bearing.sensor is None
+        else _sensed_joint(rows, bearing)
         for bearing in rows.system.bearings
         if bearing.speed_law is not None
     )
+
+
+def _sensed_joint(rows: Rows, bearing: Bearing) -> LawJoint:
+    """Return a magnetic bearing on the motion of its magnets and of its sensors."""
+    motion = np.vstack((joint_motion(rows, bearing)[:2], sensed_motion(rows, bearing)[:2]))
+    return LawJoint(
+        bearing=bearing.name,
+        law=bearing.speed_law.sensed_apart(),  # type: ignore[union-attr]
+        speed_ratio=1.0,
+        stiffness_n_per_m=bearing.stiffness_n_per_m,
+        damping_n_s_per_m=bearing.damping_n_s_per_m,
+        motion=motion,
+    )
+
+
+def law_speed_ratio(system: System, bearing: Bearing) -> float:
+    """Return the speed that a bearing's law takes over that of the reference shaft.
+
+    It is the spin of the first side; of a law without spin any, so that of the reference shaft.
+    """
+    if bearing.speed_law is not None and not follows_spin(bearing.speed_law):
+        return 1.0
+    return float(system.rotors[bearing.first.body].speed_ratio)
 
 
 def _spin_generator(system: System, transformation: FloatArray) -> FloatArray | None:

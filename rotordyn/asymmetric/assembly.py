@@ -22,6 +22,7 @@ from solidwhirl.rotordyn.assembly.system import (
     LawJoint,
     body_slices_of,
     checked_system,
+    law_speed_ratio,
     speed_limit,
 )
 from solidwhirl.rotordyn.asymmetric.periodic import (
@@ -346,11 +347,18 @@ def _gear_terms(found: RotatingSystem, gear: Gear) -> tuple[list[Term], list[Ter
 def _law(found: RotatingSystem, bearing: Bearing) -> TurnedLaw:
     """A bearing with a speed law, over the speed of the frame."""
     assert bearing.speed_law is not None
+    if bearing.sensor is not None:
+        raise AssemblyError(
+            (
+                f"bearing {bearing.name!r}: beside a body that bends unlike in two planes the "
+                "sensors of a magnetic bearing must be at its magnets",
+            )
+        )
     motion = {h: part[:2] for h, part in found.relative(bearing).items()}
     joint = LawJoint(
         bearing=bearing.name,
         law=bearing.speed_law,
-        speed_ratio=found.system.rotors[bearing.first.body].speed_ratio / abs(found.frame_ratio),
+        speed_ratio=law_speed_ratio(found.system, bearing) / abs(found.frame_ratio),
         stiffness_n_per_m=bearing.stiffness_n_per_m,
         damping_n_s_per_m=bearing.damping_n_s_per_m,
         motion=motion.get(0, np.zeros((2, found.periodic.size))).real,

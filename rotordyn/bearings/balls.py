@@ -13,6 +13,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from solidwhirl.rotordyn.bearings.elements import (
+    ElementForces,
+    centrifugal_load_n,
+    element_angles,
+    element_problems,
+)
 from solidwhirl.rotordyn.bearings.hertz import BEARING_STEEL, Elastic, PointContact, point_contact
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
@@ -21,22 +27,6 @@ from solidwhirl.rotordyn.core.errors import AnalysisError
 _STEPS, _HALVINGS = 60, 30
 # Forces on a ball balance to this fraction of them.
 _BALANCED = 1e-12
-
-
-class ElementForces(NamedTuple):
-    """What the rolling elements do at a motion (ux, uy, uz, rx, ry) of the inner ring.
-
-    `force`: needed to hold the ring there, N and N m, shape (5,); `stiffness`: its derivative,
-    shape (5, 5); `inner_load_n`, `outer_load_n`: on the two races per element, shape (Z,);
-    `inner_angle_rad`, `outer_angle_rad`: contact angles, shape (Z,).
-    """
-
-    force: FloatArray
-    stiffness: FloatArray
-    inner_load_n: FloatArray
-    outer_load_n: FloatArray
-    inner_angle_rad: FloatArray
-    outer_angle_rad: FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,6 +58,11 @@ class BallBearing:
             raise AnalysisError("ball bearing: " + "; ".join(problems))
         for name, groove in (("inner", self.inner_groove), ("outer", self.outer_groove)):
             object.__setattr__(self, name, self._contact(1.0 if name == "inner" else -1.0, groove))
+
+    @property
+    def highest_pressure_pa(self) -> float:
+        """Contact pressure at the basic static load rating, ISO 76."""
+        return 4200e6
 
     @property
     def carried(self) -> tuple[int, ...]:
@@ -108,8 +103,7 @@ class BallBearing:
         """
         mass = self.balls.density_kg_per_m3 * np.pi / 6.0 * self.ball_diameter_m**3
         ratio = self.ball_diameter_m * np.cos(self.free_angle_rad) / self.pitch_diameter_m
-        orbit = 0.5 * speed_rad_s * (1.0 - ratio)
-        return float(0.5 * mass * self.pitch_diameter_m * orbit**2)
+        return centrifugal_load_n(mass, self.pitch_diameter_m, float(ratio), speed_rad_s)
 
     def start(self, force: FloatArray, centrifugal_n: float) -> FloatArray:
         """Return a motion (5,) that loads the bearing rather too much, to begin a search from."""
@@ -132,7 +126,7 @@ class BallBearing:
         """Return what the balls do at a motion (5,) of the inner ring, see `ElementForces`."""
         radius = 0.5 * self.pitch_diameter_m
         radius += (self.inner_groove - 0.5) * self.ball_diameter_m * np.cos(self.free_angle_rad)
-        angle = 2.0 * np.pi * np.arange(self.ball_count) / self.ball_count
+        angle = element_angles(self.ball_count)
         moved = np.zeros((self.ball_count, 2, 5))
         moved[:, 0, 0], moved[:, 0, 1], moved[:, 1, 2] = np.cos(angle), np.sin(angle), 1.0
         moved[:, 1, 3], moved[:, 1, 4] = radius * np.sin(angle), -radius * np.cos(angle)
@@ -150,6 +144,10 @@ class BallBearing:
             inner_angle_rad=balls.angles[0],
             outer_angle_rad=balls.angles[1],
         )
+
+    def pressure_pa(self, inner_load_n: float, outer_load_n: float) -> float:
+        """Return the larger of the largest contact pressures at the races under two loads, Pa."""
+        return max(self.inner.pressure_pa(inner_load_n), self.outer.pressure_pa(outer_load_n))
 
     def misplaced(self, found: ElementForces) -> str:
         """Tell why a load is not carried in an equilibrium, empty if it is."""
@@ -177,16 +175,8 @@ class BallBearing:
 
 
 def _ball_problems(bearing: BallBearing) -> list[str]:
-    problems = []
-    if bearing.ball_count < 3:
-        problems.append(f"{bearing.ball_count} balls; needed are 3 or more")
-    if not 0 < bearing.ball_diameter_m < bearing.pitch_diameter_m < np.inf:
-        problems.append(
-            f"ball diameter {bearing.ball_diameter_m:g} m, pitch diameter "
-            f"{bearing.pitch_diameter_m:g} m; needed is 0 < ball diameter < pitch diameter"
-        )
-    elif bearing.ball_count * bearing.ball_diameter_m > np.pi * bearing.pitch_diameter_m:
-        problems.append(f"{bearing.ball_count} balls do not fit on the pitch circle")
+    sizes = (bearing.ball_count, bearing.ball_diameter_m, bearing.pitch_diameter_m)
+    problems = element_problems("ball", *sizes)
     if not (0.5 < bearing.inner_groove < 1 and 0.5 < bearing.outer_groove < 1):
         problems.append(
             f"groove radii of {bearing.inner_groove:g} and {bearing.outer_groove:g} ball "

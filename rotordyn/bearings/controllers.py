@@ -11,6 +11,9 @@ import scipy.linalg as la
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.errors import AnalysisError
 
+# A pole below this part of the largest is at 0; how slow a motion is beside the other poles.
+_AT_ZERO, _SLOW = 1e-13, 1e-9
+
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
 class Controller(ReadOnlyArrays):
@@ -50,6 +53,27 @@ class Controller(ReadOnlyArrays):
         """Return H at a complex frequency, shape (m, p)."""
         inner = np.linalg.solve(eigenvalue * np.eye(len(self.a)) - self.a, self.b)
         return np.asarray(self.c @ inner + self.d + eigenvalue * self.gain_of_rate)
+
+    @property
+    def integrates(self) -> bool:
+        """Whether it has a pole at 0."""
+        poles = np.abs(np.linalg.eigvals(self.a)) if self.a.size else np.ones(1)
+        return bool((poles <= _AT_ZERO * poles.max()).any())
+
+    def slow_gain(self) -> tuple[FloatArray, FloatArray]:
+        """Return H(0) and H'(0), shape (m, p) each.
+
+        A controller that integrates has none: then H of a real s that is slow beside its other
+        poles, or beside 1 1/s where it has none, and no derivative.
+        """
+        if self.integrates:
+            poles = np.abs(np.linalg.eigvals(self.a))
+            others = poles[poles > _AT_ZERO * poles.max()]
+            slow = _SLOW * float(others.min() if others.size else 1.0)
+            return self.response(slow).real, np.zeros(self.d.shape)
+        inner = np.linalg.solve(self.a, self.b)
+        slope = self.gain_of_rate - self.c @ np.linalg.solve(self.a, inner)
+        return self.d - self.c @ inner, slope
 
 
 def transfer(numerator: tuple[float, ...], denominator: tuple[float, ...]) -> Controller:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from solidwhirl.rotordyn.bearings.controllers import Controller
-from solidwhirl.rotordyn.core.arrays import ComplexArray
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 
 
@@ -40,6 +40,11 @@ class MagneticBearing:
     def sensor_stiffness(self, eigenvalue: complex) -> ComplexArray:
         """Return ki H(s), shape (2, 2): force at the magnet per motion at the sensors, negative."""
         return self.current_stiffness_n_per_a * self.controller.response(eigenvalue)
+
+    def slow_stiffness(self) -> tuple[FloatArray, FloatArray]:
+        """Return ki H and its derivative by s for slow motions, see `Controller.slow_gain`."""
+        gain, slope = self.controller.slow_gain()
+        return self.current_stiffness_n_per_a * gain, self.current_stiffness_n_per_a * slope
 
     def dynamic_stiffness(self, speed_rad_s: float, rate: complex) -> ComplexArray:
         """Return Z, shape (2, 2), of a bearing whose sensors are at the magnets."""

@@ -11,7 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solidwhirl.rotordyn.bearings.balls import ElementForces
+from solidwhirl.rotordyn.bearings.elements import (
+    ElementForces,
+    centrifugal_load_n,
+    element_angles,
+    element_problems,
+)
 from solidwhirl.rotordyn.bearings.hertz import BEARING_STEEL
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
@@ -40,16 +45,8 @@ class RollerBearing:
     radial_clearance_m: float = 0.0
 
     def __post_init__(self) -> None:
-        problems = []
-        if self.roller_count < 3:
-            problems.append(f"{self.roller_count} rollers; needed are 3 or more")
-        if not 0 < self.roller_diameter_m < self.pitch_diameter_m < np.inf:
-            problems.append(
-                f"roller diameter {self.roller_diameter_m:g} m, pitch diameter "
-                f"{self.pitch_diameter_m:g} m; needed is 0 < roller diameter < pitch diameter"
-            )
-        elif self.roller_count * self.roller_diameter_m > np.pi * self.pitch_diameter_m:
-            problems.append(f"{self.roller_count} rollers do not fit on the pitch circle")
+        sizes = (self.roller_count, self.roller_diameter_m, self.pitch_diameter_m)
+        problems = element_problems("roller", *sizes)
         if not 0 < self.effective_length_m < np.inf:
             problems.append(f"effective length {self.effective_length_m:g} m; it must be positive")
         if not abs(self.radial_clearance_m) < 0.1 * self.roller_diameter_m:
@@ -59,6 +56,11 @@ class RollerBearing:
             )
         if problems:
             raise AnalysisError("roller bearing: " + "; ".join(problems))
+
+    @property
+    def highest_pressure_pa(self) -> float:
+        """Contact pressure at the basic static load rating, ISO 76."""
+        return 4000e6
 
     @property
     def carried(self) -> tuple[int, ...]:
@@ -84,8 +86,8 @@ class RollerBearing:
         """Return the load that presses a roller outward, N."""
         area = 0.25 * np.pi * self.roller_diameter_m**2
         mass = BEARING_STEEL.density_kg_per_m3 * area * self.effective_length_m
-        orbit = 0.5 * speed_rad_s * (1.0 - self.roller_diameter_m / self.pitch_diameter_m)
-        return float(0.5 * mass * self.pitch_diameter_m * orbit**2)
+        ratio = self.roller_diameter_m / self.pitch_diameter_m
+        return centrifugal_load_n(mass, self.pitch_diameter_m, ratio, speed_rad_s)
 
     def start(self, force: FloatArray, centrifugal_n: float) -> FloatArray:
         """Return a motion (5,) that loads the bearing rather too much, to begin a search from."""
@@ -100,7 +102,7 @@ class RollerBearing:
     def forces(self, motion: FloatArray, centrifugal_n: float) -> ElementForces:
         """Return what the rollers do at a motion (5,) of the inner ring, see `ElementForces`."""
         count = self.roller_count
-        angle = 2.0 * np.pi * np.arange(count) / count
+        angle = element_angles(count)
         place = ((np.arange(_SLICES) + 0.5) / _SLICES - 0.5) * self.effective_length_m
         moved = np.zeros((count, _SLICES, 5))
         moved[..., 0], moved[..., 1] = np.cos(angle)[:, None], np.sin(angle)[:, None]
@@ -124,6 +126,14 @@ class RollerBearing:
             inner_angle_rad=zero,
             outer_angle_rad=zero,
         )
+
+    def pressure_pa(self, inner_load_n: float, outer_load_n: float) -> float:
+        """Return the larger of the contact pressures at the races under two loads, Pa (Hertz)."""
+        ratio = self.roller_diameter_m / self.pitch_diameter_m
+        loads = ((inner_load_n, 1.0 - ratio), (outer_load_n, 1.0 + ratio))
+        worst = max(load / share for load, share in loads)
+        along = 2.0 / (self.roller_diameter_m * self.effective_length_m)
+        return float(np.sqrt(worst * along / (2.0 * np.pi * BEARING_STEEL.compliance_per_pa)))
 
     def misplaced(self, found: ElementForces) -> str:
         """Tell why a load is not carried in an equilibrium, empty if it is."""

@@ -6,10 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solidwhirl.rotordyn.bearings.balls import BallBearing, ElementForces
+from solidwhirl.rotordyn.bearings.balls import BallBearing
+from solidwhirl.rotordyn.bearings.elements import ElementForces
 from solidwhirl.rotordyn.bearings.rollers import RollerBearing
+from solidwhirl.rotordyn.bearings.validity import Exceeded
 from solidwhirl.rotordyn.core.arrays import FloatArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.errors import AnalysisError
+from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 
 RollingBearing = BallBearing | RollerBearing
 
@@ -18,6 +21,8 @@ _STEPS, _HALVINGS = 200, 40
 _BALANCED = 1e-11
 # A bearing whose elements are pressed together by more than this of their diameter is crushed.
 _CRUSHED = 0.02
+# Speed times pitch diameter from which on what is left out matters, mm/min: common practice.
+_FAST = 1e6
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -139,3 +144,18 @@ def _result(found: ElementForces, motion: FloatArray, speed_rad_s: float) -> Rin
         inner_angle_rad=found.inner_angle_rad,
         outer_angle_rad=found.outer_angle_rad,
     )
+
+
+def exceeded(bearing: RollingBearing, found: RingEquilibrium) -> tuple[Exceeded, ...]:
+    """Return where an equilibrium is beyond what the theory is for: contact pressure and speed."""
+    beyond = []
+    loads = (float(found.inner_load_n.max()), float(found.outer_load_n.max()))
+    pressure, limit = bearing.pressure_pa(*loads), bearing.highest_pressure_pa
+    if pressure > limit:
+        why = "it is above that of the static load rating, contacts are elastic no more"
+        beyond.append(Exceeded("contact pressure [Pa]", pressure, limit, why))
+    fast = abs(found.speed_rad_s) * RPM_PER_RAD_S * 1e3 * bearing.pitch_diameter_m
+    if fast > _FAST:
+        why = "gyroscopic moments, slip, oil film and growth of the rings are left out"
+        beyond.append(Exceeded("speed times pitch diameter [mm/min]", fast, _FAST, why))
+    return tuple(beyond)

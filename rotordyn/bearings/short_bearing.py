@@ -8,11 +8,14 @@ import numpy as np
 import scipy
 
 from solidwhirl.rotordyn.bearings.short_film import ShortFilm
+from solidwhirl.rotordyn.bearings.validity import Exceeded
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 
 # A film thinner than this fraction of the clearance is none.
 _THINNEST = 1e-3
+# Length over diameter and eccentricity ratio up to which the theory is for.
+_LONGEST, _FARTHEST = 0.5, 0.7
 
 
 class JournalState(NamedTuple):
@@ -84,15 +87,15 @@ def _eccentricity(film: ShortFilm, load: float) -> float:
     return float(np.sin(np.arctan(np.exp(found))))
 
 
-def notes(film: ShortFilm, state: JournalState) -> tuple[str, ...]:
-    """Return what makes short bearing theory doubtful for a bearing, a line each."""
+def exceeded(film: ShortFilm, state: JournalState) -> tuple[Exceeded, ...]:
+    """Return where a journal is beyond short bearing theory: length and eccentricity."""
     found = []
     slender = film.length_m / film.diameter_m
-    if slender > 0.5:
-        found.append(f"L/D is {slender:.3g}; short bearing theory is for 0.5 and less")
-    if state.eccentricity_ratio > 0.7:
+    if slender > _LONGEST:
         found.append(
-            f"eccentricity ratio {state.eccentricity_ratio:.3g}; short bearing theory gives too "
-            "much load above 0.7"
+            Exceeded("L/D of a land", slender, _LONGEST, "the short film carries too much")
         )
+    if state.eccentricity_ratio > _FARTHEST:
+        why = "the short film carries too much"
+        found.append(Exceeded("eccentricity ratio", state.eccentricity_ratio, _FARTHEST, why))
     return tuple(found)

@@ -19,6 +19,7 @@ import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.bearing_laws import ARGUMENT_UNITS, PolynomialLaw, TableLaw
 from solidwhirl.rotordyn.assembly.frequency_laws import FrequencyTableLaw, frequency_law
+from solidwhirl.rotordyn.assembly.magnetic_laws import MagneticLaw
 from solidwhirl.rotordyn.assembly.parts import Bearing, End, Rotor, System
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
@@ -113,6 +114,8 @@ class PlainSystem:
                 _add(sums[0], sizes[0], rows, mass)
             _add(sums[1], sizes[1], rows, damping)
             _add(sums[2], sizes[2], rows, stiffness)
+            if bearing.sensor is not None:
+                self._add_sensed(bearing, speed_rad_s, rate, (sums, sizes))
             if isinstance(bearing.speed_law, PolynomialLaw):
                 for place, cancelled in enumerate(self.law_terms(bearing, speed_rad_s), start=1):
                     sizes[place] += np.abs(rows[:2]).T @ cancelled @ np.abs(rows[:2])
@@ -191,6 +194,29 @@ class PlainSystem:
         stiffness, damping, _ = _law_values(terms, spin, 1j * spin)
         return np.abs(damping), np.abs(stiffness)
 
+    def _add_sensed(
+        self,
+        bearing: Bearing,
+        speed_rad_s: float,
+        rate: complex | None,
+        totals: tuple[list[FloatArray], list[FloatArray]],
+    ) -> None:
+        """Move what a controller does to where its sensors look, in place."""
+        assert isinstance(bearing.speed_law, MagneticLaw) and bearing.sensor is not None
+        magnetic, (sums, sizes) = bearing.speed_law.bearing, totals
+        s = 1j * abs(speed_rad_s) if rate is None else rate
+        if s.imag == 0.0:
+            stiffness, damping = magnetic.slow_stiffness()
+        else:
+            gain = magnetic.current_stiffness_n_per_a * magnetic.controller.response(s)
+            damping = gain.imag / s.imag
+            stiffness = gain.real - s.real * damping
+        at = self.relative_motion(bearing)[:2]
+        apart = self.seat(bearing.sensor)[:2] - self.seat(bearing.first)[:2]
+        for place, matrix in ((1, damping), (2, stiffness)):
+            sums[place] += at.T @ matrix @ apart
+            sizes[place] += np.abs(at).T @ np.abs(matrix) @ np.abs(apart)
+
     def coefficients(
         self, bearing: Bearing, speed_rad_s: float, rate: complex | None = None
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -204,7 +230,9 @@ class PlainSystem:
         stiffness[5, 5] = bearing.torsion_stiffness_n_m_per_rad
         damping[5, 5] = bearing.torsion_damping_n_m_s_per_rad
         if bearing.speed_law is not None:
-            spin = abs(self.system.rotors[bearing.first.body].speed_ratio * speed_rad_s)
+            ratio = self.system.rotors[bearing.first.body].speed_ratio
+            ratio = ratio if getattr(bearing.speed_law, "follows_spin", True) else 1.0
+            spin = abs(ratio * speed_rad_s)
             stiffness[:2, :2] = damping[:2, :2] = 0.0
             values = _law_values(bearing, spin, 1j * spin if rate is None else rate)
             at = np.ix_(*[[0, 1, 3, 4][: len(values[0])]] * 2)

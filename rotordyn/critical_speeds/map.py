@@ -280,6 +280,7 @@ def _opened(assembled: AssembledSystem, names: Sequence[str], stiffness: float) 
             damping_n_s_per_m=np.zeros((2, 2)),
             # a table has its own values, which the map replaces
             speed_law=bearing.speed_law if _scales(bearing) else _OPEN,
+            sensor=None,
         ),
     )
 
@@ -368,6 +369,7 @@ def rigid_speeds(assembled: AssembledSystem, request: MapRequest) -> tuple[Float
             stiffness_n_per_m=zero,
             damping_n_s_per_m=zero,
             speed_law=None,
+            sensor=None,
             rigid=tuple(dict.fromkeys((*bearing.rigid, "ux", "uy"))),
         )
 

@@ -23,6 +23,7 @@ from solidwhirl.rotordyn.assembly.system import (
     assemble,
     at_whirl_ratio,
     bearing_matrices,
+    law_speed_ratio,
 )
 from solidwhirl.rotordyn.core.arrays import FloatArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.errors import AnalysisError
@@ -81,8 +82,7 @@ def uncoupled_supports(
             return bearing
         law, by_frequency = bearing.speed_law, frequency_law(bearing.speed_law)
         if by_frequency is not None:
-            spin = system.rotors[bearing.first.body].speed_ratio
-            law = by_frequency.at_whirl_ratio(abs(ratio / spin))
+            law = by_frequency.at_whirl_ratio(abs(ratio / law_speed_ratio(system, bearing)))
         if law is not None and (len(law_motions(law)) != 2 or not hasattr(law, "pieces")):
             raise AnalysisError(
                 f"bearing {bearing.name!r}: its law {law.name!r} is not one of ux and uy over the "
@@ -93,7 +93,7 @@ def uncoupled_supports(
             for key in ("stiffness_n_per_m", "tilt_stiffness_n_m_per_rad")
         }
         law = None if law is None else _UncoupledLaw(law=law)
-        return dataclasses.replace(bearing, **own, speed_law=law)
+        return dataclasses.replace(bearing, **own, speed_law=law, sensor=None)
 
     bearings = tuple(changed(bearing) for bearing in system.bearings)
     return assemble(system.rotors, bearings, system.reference, system.gears)

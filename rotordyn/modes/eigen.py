@@ -121,6 +121,8 @@ def modes_at_speed(
     if kept == solved < n:
         modes = _lowest_modes(assembled, matrices, float(speed_rad_s), n)
         kept = whole_group_count(modes.eigenvalues, wanted)
+    if count is None:  # controllers have modes besides those of the n coordinates
+        kept = modes.eigenvalues.size
     shapes = modes.shapes[:, :kept]
     if speed_rad_s != 0 and modes.family is None:
         shapes = separated_whirl(assembled, modes.eigenvalues[:kept], shapes)

@@ -10,7 +10,12 @@ import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.bearing_notes import coefficients_at_speed
 from solidwhirl.rotordyn.assembly.parts import Bearing
-from solidwhirl.rotordyn.assembly.system import AssembledSystem, gravity_load, matrices_at_speed
+from solidwhirl.rotordyn.assembly.system import (
+    AssembledSystem,
+    SpeedMatrices,
+    gravity_load,
+    matrices_at_speed,
+)
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.modes.eigen import scaled_stiffness
 
@@ -102,7 +107,14 @@ def _mass(assembled: AssembledSystem, name: str) -> float:
 
 def _null_motions(assembled: AssembledSystem) -> FloatArray:
     """Motions at rest that cost no energy, each of unit modal mass, shape (n, motions)."""
-    matrices = matrices_at_speed(assembled, 0.0)
+    return null_motions(assembled, matrices_at_speed(assembled, 0.0))
+
+
+def null_motions(assembled: AssembledSystem, matrices: SpeedMatrices) -> FloatArray:
+    """Return the motions that the stiffness in some matrices leaves free, of unit modal mass.
+
+    `assembled`: whose bodies tell what rounding is; returns shape (n, motions).
+    """
     scaled = scaled_stiffness(assembled, matrices)
     if not scaled.zero_count:
         return np.empty((assembled.size, 0))

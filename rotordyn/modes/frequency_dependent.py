@@ -26,6 +26,11 @@ from solidwhirl.rotordyn.assembly.system import (
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, Matrix, together
 from solidwhirl.rotordyn.core.dense import Spectrum, reciprocal, scale_by_stiffness, solve_general
 from solidwhirl.rotordyn.core.ledger import solved
+from solidwhirl.rotordyn.modes.controlled import (
+    controlled,
+    controlled_motions,
+    has_controllers_alone,
+)
 from solidwhirl.rotordyn.modes.damping import CREEPING, damping_ratio
 from solidwhirl.rotordyn.modes.nearby import nearby_modes
 
@@ -77,20 +82,41 @@ def dependent_modes(assembled: AssembledSystem, speed_rad_s: float) -> Frozen:
     `speed_rad_s`: Ω. Real roots are those of the bearings for slow motions, and two of about their
     rate of decay stand for a motion that creeps, of a damping ratio above 0.995. Tables have as
     many roots as counts say. Of other laws those are found that the frozen problems of several
-    frequencies lead to.
+    frequencies lead to. Where all of them are magnetic, the states of their controllers are
+    unknowns too, and all roots are found as one linear problem has them.
     """
+    if has_controllers_alone(assembled):
+        return _with_controllers(assembled, speed_rad_s)
     edges = _edges(assembled, speed_rad_s)
     frozen = [_frozen(assembled, speed_rad_s, frequency) for frequency in edges]
     parts = _roots_of(assembled, speed_rad_s, frozen)
     values = np.concatenate([part.eigenvalues for part in parts])
     shapes = np.concatenate([part.shapes for part in parts], axis=1)
+    found = Spectrum(values, shapes, frozen[0].spectrum.real_eigenvalues)
+    return frozen[0]._replace(spectrum=_without_creeping(found))
+
+
+def _without_creeping(found: Spectrum) -> Spectrum:
+    """Return roots by rising frequency, motions that creep as two real ones."""
+    values = found.eigenvalues
     rising = np.lexsort((values.real, values.imag))
     creeps = damping_ratio(values[rising]) > CREEPING
     lively = rising[~creeps]
-    still = frozen[0].spectrum.real_eigenvalues
-    real = np.concatenate((still, np.repeat(values[rising[creeps]].real, 2)))
-    found = Spectrum(values[lively], shapes[:, lively], np.sort(real))
-    return frozen[0]._replace(spectrum=found)
+    real = np.concatenate((found.real_eigenvalues, np.repeat(values[rising[creeps]].real, 2)))
+    return Spectrum(values[lively], found.shapes[:, lively], np.sort(real))
+
+
+def _with_controllers(assembled: AssembledSystem, speed: float) -> Frozen:
+    """Return all roots of a system whose magnetic bearings alone depend on the frequency."""
+    parts = controlled(assembled)
+    found = controlled_motions(parts, speed)
+    slow = _matrices(assembled, speed, 0.0)
+    even = 0.5 * (slow.stiffness + slow.stiffness.T)
+    negative = scale_by_stiffness(even, slow.mass, assembled.body_rate).negative_count
+    states = sum(len(loop.bearing.controller.a) for loop in parts.loops)
+    known = 2 * found.eigenvalues.size + found.real_eigenvalues.size
+    zeros = 2 * assembled.size + states - known
+    return Frozen(0.0, _without_creeping(found), zeros, negative)
 
 
 def _roots_of(assembled: AssembledSystem, speed: float, frozen: Sequence[Frozen]) -> list[Spectrum]:

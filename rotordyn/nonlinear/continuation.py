@@ -35,6 +35,10 @@ _FEW, _MANY = 4, 7
 # Cosine of the angle by which a branch may turn in a step.
 _TURN = 0.94
 _MOST_POINTS = 3000
+# Motions of a closed branch at least, and how far beside a step its beginning may lie.
+_FEWEST, _BESIDE = 8, 0.3
+# Part of what several turns add to a motion at first, below which it is one of a single turn.
+_GONE = 1e-3
 # A turning point is where the tangent's part along the speed is less than this.
 _TURNED = 1e-7
 # Loads are raised in steps from none where the motion under all is not found at once.
@@ -56,10 +60,15 @@ class BranchPoint:
 
 
 class Branch(NamedTuple):
-    """Motions along a branch, and whether it was followed to an end of the range of speeds."""
+    """Motions along a branch, and whether it was followed to its end.
+
+    The end is that of the range of speeds, of a closed branch the beginning, and of one of several
+    turns where the motion becomes one of fewer.
+    """
 
     points: tuple[BranchPoint, ...]
     is_whole: bool
+    is_closed: bool = False
 
 
 class _Scale(NamedTuple):
@@ -116,7 +125,7 @@ def first_point(forced: ForcedSystem, speed_rad_s: float, harmonics: int) -> Poi
 def follow(
     forced: ForcedSystem, start: Point, ends_rad_s: tuple[float, float], sense: float
 ) -> Branch:
-    """Follow a branch until its speed leaves a range.
+    """Follow a branch until its speed leaves a range, it closes, or it joins one of fewer turns.
 
     `sense`: 1 or −1 as the speed rises or falls at first.
     """
@@ -144,9 +153,13 @@ def follow(
                 continue
             way = here.along_motion, here.along_speed
             return Branch((*points, _tangent(last, *way, scale)), True)
+        if _joins(points[0], here, ahead, forced.period_multiple):
+            return Branch(tuple(points), True)
         if here.along_speed * ahead.along_speed < 0.0 and not here.is_turning:
             turning = _turning_point(forced, here, ahead, step, scale)
             points += [] if turning is None else [turning]
+        if len(points) > _FEWEST and _passes(points[0], here, ahead, scale):
+            return Branch((*points, points[0]), True, True)
         points.append(ahead)
         here = ahead
         if ahead.point.corrections <= _FEW:
@@ -154,6 +167,35 @@ def follow(
         elif ahead.point.corrections >= _MANY:
             step *= _SHRUNK
     return Branch(tuple(points), False)
+
+
+def _passes(start: BranchPoint, here: BranchPoint, ahead: BranchPoint, scale: _Scale) -> bool:
+    """Whether the beginning of a branch lies between two motions that follow each other."""
+
+    def away(first: BranchPoint, last: BranchPoint) -> FloatArray:
+        motion = (last.point.motion_m - first.point.motion_m).ravel() / scale.length_m
+        faster = (last.point.speed_rad_s - first.point.speed_rad_s) / scale.speed_rad_s
+        return np.append(motion, faster)
+
+    chord, to_start = away(here, ahead), away(here, start)
+    share = float(chord @ to_start / (chord @ chord))
+    if not 0.0 <= share <= 1.0 or _cosine(start, ahead, scale) < _TURN:
+        return False
+    return bool(la.norm(to_start - share * chord) <= _BESIDE * la.norm(chord))
+
+
+def _joins(start: BranchPoint, here: BranchPoint, ahead: BranchPoint, turns: int) -> bool:
+    """Whether a motion of several turns passes one of a single turn, or has become it."""
+    if turns == 1:
+        return False
+    sizes = [_of_several(p.point, turns) for p in (start, here, ahead)]
+    return bool(sizes[1] @ sizes[2] < 0.0 or la.norm(sizes[2]) < _GONE * la.norm(sizes[0]))
+
+
+def _of_several(point: Point, turns: int) -> FloatArray:
+    """Return the coefficients that a motion of one turn has not."""
+    order = (np.arange(len(point.motion_m)) + 1) // 2
+    return np.asarray(point.motion_m[order % turns != 0].ravel())
 
 
 def _scale(points: list[Point], ends_rad_s: tuple[float, float]) -> _Scale:

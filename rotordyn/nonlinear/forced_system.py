@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -21,12 +21,15 @@ from solidwhirl.rotordyn.assembly.system import (
 )
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
+from solidwhirl.rotordyn.modes.free_motions import null_motions
 from solidwhirl.rotordyn.nonlinear.forces import NonlinearForce
 from solidwhirl.rotordyn.response.harmonic_response import check_lateral
 from solidwhirl.rotordyn.response.unbalance import Unbalance, frequency_ratio, unbalance_loads
 
 # Unbalances turn together if their frequency ratios differ by less than this fraction.
 _SAME_RATIO = 1e-12
+# Part of the weight that may act on motions that nothing holds, for rounding.
+_DRIVEN = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,10 +49,13 @@ class ForcedSystem:
     """Hold what is balanced: M q'' + (C + Ω G) q' + K q + Σ Bᵀ f(B q, B q') = loads.
 
     `assembled`: the linear part, n coordinates; `forces`: j of them; `motion`: B, x and y of each
-    joint per coordinate, shape (2j, n); `frequency_ratio`: ω over Ω of the unbalance;
-    `turning_kg_m`: its load per ω², shape (n,); `steady_n`: weight, shape (n,). `shift_n_per_m`: a
-    stiffness that is added at the joints and taken from their forces again, so that parts that the
-    joints alone hold can be condensed.
+    joint per coordinate, shape (2j, n); `frequency_ratio`: ω over Ω of the first harmonic;
+    `turning_kg_m`: load of the unbalance over its frequency squared, shape (n,); `steady_n`:
+    weight, shape (n,). `shift_n_per_m`: a stiffness that is added at the joints and taken from
+    their forces again, so that parts that the joints alone hold can be condensed.
+    `free`: motions of unit modal mass that neither bearings nor joints hold, such as a torsion,
+    shape (n, f); nothing drives them, and their constant part is 0.
+    `period_multiple`: turns of the unbalance after which motions repeat: its load is that harmonic.
     """
 
     assembled: AssembledSystem
@@ -59,6 +65,13 @@ class ForcedSystem:
     turning_kg_m: ComplexArray
     steady_n: FloatArray
     shift_n_per_m: float
+    free: FloatArray
+    period_multiple: int = 1
+
+    def repeating_after(self, turns: int) -> ForcedSystem:
+        """Return the system for motions that repeat after so many turns of the unbalance."""
+        ratio = self.frequency_ratio * self.period_multiple / turns
+        return replace(self, frequency_ratio=ratio, period_multiple=turns)
 
     @property
     def width(self) -> int:
@@ -113,6 +126,7 @@ def forced_system(
     motion = np.concatenate([_relative_motion(assembled, joint) for joint in joints])
     weight = assembled.transformation.T @ gravity_load(assembled, gravity_m_per_s2)
     seen = motion @ decaying_response(assembled, motion, ratios[0], speed_rad_s)
+    shift = 1.0 / float(la.norm(seen, 2))
     return ForcedSystem(
         assembled=assembled,
         forces=tuple(joint.force for joint in joints),
@@ -120,8 +134,21 @@ def forced_system(
         frequency_ratio=ratios[0],
         turning_kg_m=unbalance_loads(assembled, unbalances),
         steady_n=weight,
-        shift_n_per_m=1.0 / float(la.norm(seen, 2)),
+        shift_n_per_m=shift,
+        free=_free_motions(assembled, shift * motion.T @ motion, speed_rad_s, weight),
     )
+
+
+def _free_motions(
+    assembled: AssembledSystem, held: FloatArray, speed_rad_s: float, weight: FloatArray
+) -> FloatArray:
+    """Return motions that nothing holds, see `ForcedSystem`; weight must not drive them."""
+    matrices = matrices_at_speed(at_whirl_ratio(assembled, 0.0), speed_rad_s)
+    free = null_motions(assembled, matrices._replace(stiffness=matrices.stiffness + held))
+    driven = np.abs(free.T @ weight).max(initial=0.0)
+    if driven > _DRIVEN * np.sqrt(np.abs(weight @ la.solve(matrices.mass, weight))):
+        raise AnalysisError("gravity_m_per_s2: a motion that nothing holds would fall under it")
+    return free
 
 
 def decaying_response(
@@ -166,6 +193,9 @@ def condensed(
         here, change = known[id(system)]
         velocity = here.damping + here.gyroscopic
         held = shift * forced.motion.T @ forced.motion
+        if k == 0 and forced.free.size:
+            pushed = here.mass @ forced.free
+            held = held + omega**2 * pushed @ pushed.T
         whole = here.stiffness + held - (k * omega) ** 2 * here.mass + 1j * k * omega * velocity
         slope = change.stiffness + 1j * k * (ratio * velocity + omega * change.velocity)
         slope = slope - 2.0 * k**2 * ratio * omega * here.mass
@@ -182,8 +212,8 @@ def condensed(
 
 def _loads(forced: ForcedSystem, harmonic: int, omega: float) -> tuple[ComplexArray, ComplexArray]:
     """Load of a harmonic, and its derivative by Ω."""
-    if harmonic == 1:
-        rise = 2.0 * forced.frequency_ratio * omega
-        return omega**2 * forced.turning_kg_m, rise * forced.turning_kg_m
+    if harmonic == forced.period_multiple:
+        rise = 2.0 * harmonic**2 * forced.frequency_ratio * omega
+        return (harmonic * omega) ** 2 * forced.turning_kg_m, rise * forced.turning_kg_m
     zero = np.zeros(forced.assembled.size, dtype=complex)
     return (forced.steady_n + zero if harmonic == 0 else zero), zero

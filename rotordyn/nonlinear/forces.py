@@ -69,8 +69,8 @@ class Clearance:
 
     Where the distance r of the shaft from the centre of the gap exceeds it, the force is
     k (r − gap) outward, and μ times that across, against the sliding of a surface that turns
-    faster than the shaft whirls: both are piecewise linear in r (Ehrich 1966; Muszynska 2005,
-    Rotordynamics, chapter 5).
+    faster than the shaft whirls: both are piecewise linear in r (Ehrich 1966, ASME paper 66-MD-1;
+    Muszynska 2005, Rotordynamics).
 
     `gap_m`: radial; `stiffness_n_per_m`: of the contact; `friction`: μ; `spin_sense`: 1 or −1 as
     the first side turns forward or backward against the second, 0 without; `center_m`: of the gap,
@@ -118,7 +118,7 @@ class SqueezeFilm:
     The pressure over the length is 6 μ h' (z² − L²/4) / h³ with h = c − x cos θ − y sin θ, counted
     where it is positive, half of the circumference: f = C(u, v) v, C = μ R L³ ∫ e eᵀ/h³ dθ over the
     half towards which the journal moves (Vance, Zeidan and Murphy 2010, Machinery Vibration and
-    Rotordynamics, chapter 6). No inertia of the film.
+    Rotordynamics). No inertia of the film.
 
     `radius_m`, `length_m`, `clearance_m`: R, L and radial c; `viscosity_pa_s`: μ;
     `centring_n_per_m`: of a spring beside the film. Raises AnalysisError if a number is out of

@@ -36,13 +36,21 @@ from solidwhirl.rotordyn.nonlinear.harmonic_balance import (
     fourier,
     with_harmonics,
 )
-from solidwhirl.rotordyn.nonlinear.stability import GROWS, multipliers, small_motions
+from solidwhirl.rotordyn.nonlinear.sought import of_period, refined, sought_branches
+from solidwhirl.rotordyn.nonlinear.stability import (
+    GROWS,
+    SmallMotions,
+    multipliers,
+    small_motions,
+)
 from solidwhirl.rotordyn.response.harmonic_response import check_lateral
 from solidwhirl.rotordyn.response.orbits import elliptic_orbits
 from solidwhirl.rotordyn.response.unbalance import Unbalance
 
 # Numbers of harmonics that are tried; each is checked by the next.
 _LADDER = (1, 3, 7, 15, 31, 63)
+# Harmonics per turn of motions that are sought, at least, how often they are doubled, and at most.
+_FEWEST, _REFINED, _MOST = 3, 3, 126
 # Motions of a branch at which more harmonics are tried, beside turning points.
 _CHECKED = 12
 # Part of the motions of a branch beside a turning point where its own stability changes, at least.
@@ -60,7 +68,8 @@ class NonlinearBranch(ReadOnlyArrays):
     distance from the position without loads, shape (p, places). `multiplier`: the Floquet
     multiplier furthest from 0, shape (p,); `is_stable`: whether small motions beside it die out;
     `is_turning`: where the speed turns. `is_whole`: whether the branch was followed until it left
-    the range of speeds.
+    the range of speeds, closed, or met one of fewer turns; `is_closed`: whether it closes.
+    `period_multiple`: turns of the unbalance after which motions repeat; ω is over that many.
     """
 
     speeds_rad_s: FloatArray
@@ -70,10 +79,12 @@ class NonlinearBranch(ReadOnlyArrays):
     is_stable: BoolArray
     is_turning: BoolArray
     is_whole: bool
+    is_closed: bool = False
+    period_multiple: int = 1
 
     def major_m(self) -> FloatArray:
-        """Return the major semi-axes of the orbits of harmonic 1, shape (p, places)."""
-        first = self.translation_m[:, 1]
+        """Return the major semi-axes at the frequency of the unbalance, shape (p, places)."""
+        first = self.translation_m[:, self.period_multiple]
         return elliptic_orbits(first[..., 0], first[..., 1]).major_m
 
 
@@ -102,10 +113,10 @@ class StabilityChange(NamedTuple):
 class NonlinearResponse:
     """Hold the steady response to unbalance over the speed.
 
-    `places`: observed; `branches`: from the lowest speed, and from the highest if that is another;
-    `jumps`, `changes`: by place along the branches. `harmonics`: h that were balanced;
-    `truncation`: largest change of motions (relative to their own size) and speeds with twice as
-    many.
+    `places`: observed; `branches`: from the lowest speed, and from the highest if that is another,
+    then those that were sought, `sought_count`; `jumps`, `changes`: by place along the branches.
+    `harmonics`: h that were balanced, of the branches from the ends; `truncation`: largest change
+    of motions (relative to their own size) and speeds with twice as many.
     """
 
     places: tuple[End, ...]
@@ -114,6 +125,12 @@ class NonlinearResponse:
     changes: tuple[StabilityChange, ...]
     harmonics: int
     truncation: float
+    sought_count: int = 0
+
+    @property
+    def sought(self) -> tuple[NonlinearBranch, ...]:
+        """Branches that were sought besides those from the ends of the speeds."""
+        return self.branches[len(self.branches) - self.sought_count :]
 
 
 def nonlinear_response(
@@ -125,15 +142,17 @@ def nonlinear_response(
     *,
     gravity_m_per_s2: npt.ArrayLike = (0.0, 0.0, 0.0),
     tolerance: float = 1e-3,
+    sought_turns: Sequence[int] = (),
 ) -> NonlinearResponse:
-    """Return the motion with the period of the unbalance over the speed.
+    """Return the motion with the period of the unbalance over the speed, and what is sought beside.
 
     `joints`: nonlinear forces beside the bearings; `unbalances`: of one frequency;
     `speeds_rad_s`: lowest and highest Ω, above 0; `places`: interfaces with ux and uy;
-    `tolerance`: harmonics are added until more of them change motions by less. Branches that reach
-    neither end of the speeds, and motions of other periods, are not found. Raises AnalysisError if
-    the speeds do not rise from above 0, joints, unbalances or places do not fit the system, or no
-    motion is found at an end of the range.
+    `tolerance`: harmonics are added until more of them change motions by less; `sought_turns`:
+    turns of the unbalance after which motions repeat that are sought too, 1 for branches that reach
+    neither end of the speeds. Those are found where motions from 144 starts settle to them in time.
+    Raises AnalysisError if the speeds do not rise from above 0, joints, unbalances or places do not
+    fit the system, or no motion is found at an end of the range.
     """
     low, high = speeds_rad_s
     if not 0.0 < low < high < np.inf:
@@ -143,15 +162,57 @@ def nonlinear_response(
     forced = forced_system(assembled, joints, unbalances, np.sqrt(low * high), gravity_m_per_s2)
     found, harmonics, truncation = _converged(forced, (low, high), tolerance)
     rows = np.concatenate([seat_motion(assembled, place)[:2] for place in places])
-    told = tuple(_told(forced, branch, rows, high) for branch in found)
+    small = small_motions(forced, high)
+    groups = {1: found}
+    for turns in sorted(set(sought_turns)):
+        own = of_period(small, turns)
+        more, missed = _sought(own, (low, high), found, (harmonics, tolerance))
+        truncation = max(truncation, missed)
+        groups[turns] = (*groups.get(turns, ()), *more)
+    told: list[NonlinearBranch] = []
+    jumps: list[Jump] = []
+    for turns, group in groups.items():
+        own = of_period(small, turns)
+        parts = tuple(_told(own, branch, rows) for branch in group)
+        jumps += _jumps(own.forced, group, parts, rows)
+        told += parts
     return NonlinearResponse(
         places=tuple(places),
-        branches=told,
-        jumps=tuple(_jumps(forced, found, told, rows)),
+        branches=tuple(told),
+        jumps=tuple(jumps),
         changes=tuple(change for branch in told for change in _changes(branch)),
         harmonics=harmonics,
         truncation=truncation,
+        sought_count=len(told) - len(found),
     )
+
+
+def _sought(
+    small: SmallMotions,
+    ends: tuple[float, float],
+    known: Sequence[Branch],
+    asked: tuple[int, float],
+) -> tuple[tuple[Branch, ...], float]:
+    """Return the branches of a number of turns that are not known, and what harmonics change.
+
+    `asked`: harmonics of the known ones, and the tolerance.
+    """
+    (least, tolerance), forced = asked, small.forced
+    harmonics = forced.period_multiple * max(least, _FEWEST)
+    out, worst = [], 0.0
+    for branch in sought_branches(small, ends, known, harmonics):
+        count, missed = harmonics, np.inf
+        for _ in range(_REFINED):
+            missed = _truncation(forced, branch, 2 * count)
+            better = None
+            if missed > tolerance and 2 * count <= _MOST:
+                better = refined(forced, branch, ends, 2 * count)
+            if better is None:
+                break
+            branch, count = better, 2 * count
+        out.append(branch)
+        worst = max(worst, missed)
+    return tuple(out), worst
 
 
 def _converged(
@@ -201,10 +262,8 @@ def _radius(motion_m: ComplexArray) -> FloatArray:
     return np.asarray(np.hypot(values[:, 0::2], values[:, 1::2]).max(axis=0))
 
 
-def _told(
-    forced: ForcedSystem, branch: Branch, rows: FloatArray, top_rad_s: float
-) -> NonlinearBranch:
-    small = small_motions(forced, top_rad_s)
+def _told(small: SmallMotions, branch: Branch, rows: FloatArray) -> NonlinearBranch:
+    forced = small.forced
     points = [p.point for p in branch.points]
     motions = [place_motion(forced, p, rows) for p in points]
     largest = np.array([multipliers(small, p.motion_m, p.speed_rad_s)[0] for p in points])
@@ -216,6 +275,8 @@ def _told(
         is_stable=np.abs(largest) <= 1.0 + GROWS,
         is_turning=np.array([p.is_turning for p in branch.points]),
         is_whole=branch.is_whole,
+        is_closed=branch.is_closed,
+        period_multiple=forced.period_multiple,
     )
 
 
@@ -229,6 +290,8 @@ def _jumps(
     for number, branch in enumerate(told):
         speeds = branch.speeds_rad_s
         for at in np.flatnonzero(branch.is_turning):
+            if not 0 < at < speeds.size - 1:
+                continue
             if branch.is_stable[at - 1] == branch.is_stable[at + 1]:
                 continue
             after = _landing(forced, found, told, (number, int(at)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -21,6 +21,8 @@ class BranchCurves:
     is_turning: BoolArray
     #: Largest by place, shape (p,)
     radius_m: Mapping[str, FloatArray]
+    #: Of the unbalance after which motions repeat
+    turns: int = 1
 
 
 class JumpMark(NamedTuple):
@@ -41,13 +43,11 @@ def branch_chart(branches: Sequence[BranchCurves], jumps: Sequence[JumpMark]) ->
     for number, place in enumerate(branches[0].radius_m):
         look = replace(charts.series_look(number), dash="solid", mark="")
         quiet = charts.is_quiet(number)
-        for stable, dash in ((True, "solid"), (False, "dash")):
-            x, y = _parts(branches, place, stable)
-            if not x.size:
-                continue
-            name = place if stable else f"{place}, unstable"
-            own = replace(look, dash=dash)
-            marks.append(charts.Curve(x=x, y=factor * y, name=name, look=own, is_quiet=quiet))
+        for turns in sorted({b.turns for b in branches}):
+            group = [b for b in branches if b.turns == turns]
+            own = replace(look, width=look.width if turns == 1 else 1.0)
+            name = place if turns == 1 else f"{place}, {turns} turns"
+            marks += _curves(group, place, (name, factor, quiet), own)
         for jump in jumps:
             ends = factor * np.array([jump.before_m[place], jump.after_m[place]])
             if np.isfinite(ends).all():
@@ -57,8 +57,8 @@ def branch_chart(branches: Sequence[BranchCurves], jumps: Sequence[JumpMark]) ->
         name="branches",
         title="Nonlinear response",
         caption="Largest distance from the axis at each place over the speed, along the branches "
-        "of steady motion. Unstable motions are dashed; dotted lines are jumps, down or up from "
-        "where a stable branch ends.",
+        "of steady motion; thin where they repeat after several turns. Unstable motions are "
+        "dashed; dotted lines are jumps, down or up from where a stable branch ends.",
         alt=f"Largest radius over the speed, up to {factor * largest:.4g} {unit}, with "
         f"{len(jumps)} jumps; the table of jumps has their numbers.",
         x=charts.speed_axis(float(speeds.min()), float(speeds.max())),
@@ -67,6 +67,22 @@ def branch_chart(branches: Sequence[BranchCurves], jumps: Sequence[JumpMark]) ->
         parts=marks,
         height_px=460,
     )  # fmt: skip
+
+
+def _curves(
+    branches: Sequence[BranchCurves],
+    place: str,
+    told: tuple[str, float, bool],
+    look: charts.Look,
+) -> Iterator[charts.Curve]:
+    """Yield the stable and the unstable motions at a place; `told`: name, unit, if it waits."""
+    name, factor, quiet = told
+    for stable, dash in ((True, "solid"), (False, "dash")):
+        x, y = _parts(branches, place, stable)
+        if x.size:
+            own = name if stable else f"{name}, unstable"
+            drawn = replace(look, dash=dash)
+            yield charts.Curve(x=x, y=factor * y, name=own, look=drawn, is_quiet=quiet)
 
 
 def _parts(

@@ -19,6 +19,7 @@ from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, IntArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.modes.damping import NEUTRAL
 from solidwhirl.rotordyn.modes.eigen import modes_at_speed
+from solidwhirl.rotordyn.modes.uncoupled import uncoupled_groups
 from solidwhirl.rotordyn.modes.whirl import interface_rows_of_all, rotor_length
 from solidwhirl.rotordyn.response.static import static_equilibrium
 from solidwhirl.rotordyn.response.unbalance import Unbalance
@@ -33,7 +34,7 @@ from solidwhirl.rotordyn.run_up.blocks import (
     stretches,
 )
 from solidwhirl.rotordyn.run_up.loads import TurningLoads, torsion_load, turning_loads
-from solidwhirl.rotordyn.run_up.modal_basis import independent_coordinates, modal_parts
+from solidwhirl.rotordyn.run_up.modal_basis import modal_parts
 from solidwhirl.rotordyn.run_up.record import Divergence, EnergyBalance, MotionState, RunUp
 from solidwhirl.rotordyn.run_up.recorder import RecordedMotion, Recorder
 from solidwhirl.rotordyn.run_up.speed_profile import SpeedProfile, ramp_and_hold
@@ -297,7 +298,7 @@ def _loaded_parts(
     every = np.column_stack((loads.turning.columns, loads.steady, loads.torsion))
     moves = (assembled.transformation.T @ every).any(axis=1)
     moves |= (start.displacement != 0) | (start.velocity != 0)
-    groups = [at for at in independent_coordinates(assembled) if moves[at].any()]
+    groups = [at for at in uncoupled_groups(assembled) if moves[at].any()]
     if len(groups) < 2:
         return [_LoadedPart(np.arange(assembled.size), loads)]
     rows = [assembled.transformation[:, at].any(axis=1) for at in groups]

@@ -5,15 +5,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import scipy
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, matrices_at_speed
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
 from solidwhirl.rotordyn.modes.modal_truncation import project_system, rest_modes
+from solidwhirl.rotordyn.modes.uncoupled import uncoupled_groups
 from solidwhirl.rotordyn.run_up.record import MotionState
-
-# Couplings below this fraction of the diagonals are what rounding leaves of joints.
-_ROUNDING = 1e-13
 
 
 class ModalBasis(NamedTuple):
@@ -105,7 +102,7 @@ def modal_parts(assembled: AssembledSystem, among: IntArray | None = None) -> tu
     AnalysisError if M is not positive definite.
     """
     every = np.eye(assembled.size)
-    groups = independent_coordinates(assembled)
+    groups = uncoupled_groups(assembled)
     if among is not None:
         groups = [at for at in groups if np.isin(at, among).all()]
     if len(groups) == 1 and groups[0].size == assembled.size:
@@ -113,25 +110,3 @@ def modal_parts(assembled: AssembledSystem, among: IntArray | None = None) -> tu
     return tuple(
         ModalPart(at, modal_basis(project_system(assembled, every[:, at]))) for at in groups
     )
-
-
-def independent_coordinates(assembled: AssembledSystem) -> list[IntArray]:
-    """Return groups of coordinates that no matrix couples at any speed, each rising."""
-    mass = np.sqrt(np.abs(np.diag(assembled.mass)))
-    stiff = np.sqrt(np.abs(np.diag(assembled.stiffness)))
-    between = np.sqrt(mass * stiff)
-    coupled = np.zeros((assembled.size,) * 2, dtype=bool)
-    for matrix, size in (
-        (assembled.mass, mass),
-        (assembled.gyroscopic, mass),
-        (assembled.centrifugal_stiffness, mass),
-        (assembled.damping, between),
-        (assembled.circulatory_stiffness, between),
-        (assembled.stiffness, stiff),
-    ):
-        coupled |= np.abs(matrix) > _ROUNDING * np.outer(size, size)
-    for joint in assembled.law_joints:
-        touched = np.abs(joint.motion).max(axis=0) > _ROUNDING
-        coupled |= np.outer(touched, touched)
-    count, group = scipy.sparse.csgraph.connected_components(coupled, directed=False)
-    return [np.flatnonzero(group == k) for k in range(count)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,10 +11,19 @@ import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.coordinates import seat_motion
 from solidwhirl.rotordyn.assembly.parts import End
-from solidwhirl.rotordyn.assembly.system import AssembledSystem, SpeedMatrices, matrices_at_speed
+from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.bearings.magnetic import MagneticBearing
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.errors import AnalysisError
+from solidwhirl.rotordyn.modes.controlled import (
+    Controlled,
+    Loop,
+    controlled,
+    dynamic_stiffness,
+    state_matrix,
+)
+from solidwhirl.rotordyn.modes.modal_truncation import project_system
+from solidwhirl.rotordyn.modes.uncoupled import uncoupled_groups
 
 # ISO 14839-3: largest |Gs| of the zones A, B and C; beyond is D.
 ZONE_LIMITS = (3.0, 4.0, 5.0)
@@ -85,84 +94,108 @@ def magnetic_sensitivity(
     highest_rad_s: float | None = None,
     zone_limits: tuple[float, float, float] = ZONE_LIMITS,
 ) -> Sensitivity:
+    """Return the sensitivity of a rotor with magnetic bearings beside those of the system.
+
+    `assembled`: the rotor; `loops`: bearings that come to those it has. All else, and what it
+    raises, as of `system_sensitivity`; AssemblyError for a place that does not exist.
+    """
+    own = controlled(assembled)
+    more = tuple(
+        Loop(
+            loop.name,
+            loop.bearing,
+            *(seat_motion(assembled, end)[:2] for end in (loop.actuator, loop.sensor)),
+        )
+        for loop in loops
+    )
+    return _sensitivity(
+        own._replace(loops=own.loops + more), speed_rad_s, highest_rad_s, zone_limits
+    )
+
+
+def system_sensitivity(
+    assembled: AssembledSystem,
+    speed_rad_s: float,
+    highest_rad_s: float | None = None,
+    zone_limits: tuple[float, float, float] = ZONE_LIMITS,
+) -> Sensitivity:
     """Return closed-loop eigenvalues and the peaks of |Gs|, all other loops closed.
 
-    `assembled`: the rotor without its magnetic bearings; `highest_rad_s`: end of the range of
-    frequencies, by default the larger of 2 kHz and three times the speed; `zone_limits`: largest
-    |Gs| of zones A, B and C; the value on a limit belongs to the better zone. Raises AnalysisError
-    without loops, AssemblyError for a place that does not exist.
+    `assembled`: a system with magnetic bearings; `highest_rad_s`: end of the range of frequencies,
+    by default the larger of 2 kHz and three times the speed; `zone_limits`: largest |Gs| of zones
+    A, B and C; the value on a limit belongs to the better zone. Raises AnalysisError if it has no
+    magnetic bearing.
 
     Gs = 1/(1 + Go) by definition is the signal after the summing point at a sensor for a unit
-    signal put in there; it is computed from the whole closed system.
+    signal put in there; it is computed from the whole closed system. Other bearings that depend on
+    the frequency are taken at that of the spin.
     """
-    if not loops:
+    return _sensitivity(
+        controlled(_that_loops_move(assembled)), speed_rad_s, highest_rad_s, zone_limits
+    )
+
+
+def _that_loops_move(assembled: AssembledSystem) -> AssembledSystem:
+    """Leave out coordinates that no loop reaches, such as a torsion that nothing holds."""
+    loops = controlled(assembled).loops
+    reached = np.zeros(assembled.size, dtype=bool)
+    for loop in loops:
+        reached |= (loop.magnets != 0.0).any(axis=0) | (loop.sensors != 0.0).any(axis=0)
+    groups = [group for group in uncoupled_groups(assembled) if reached[group].any()]
+    if not groups or sum(group.size for group in groups) == assembled.size:
+        return assembled
+    return project_system(assembled, np.eye(assembled.size)[:, np.sort(np.concatenate(groups))])
+
+
+def highest_of(speed_rad_s: float) -> float:
+    """Return the end of the range of frequencies of a speed: 2 kHz or three times it, rad/s."""
+    return max(_RANGE_RAD_S, _RANGE_SPEEDS * abs(speed_rad_s))
+
+
+def sensitivities(
+    assembled: AssembledSystem, speed_rad_s: float, frequencies_rad_s: FloatArray
+) -> ComplexArray:
+    """Return Gs of all axes of a system at frequencies (f,), each with all other loops closed.
+
+    Returns shape (f, 2 loops), x and y of each magnetic bearing, in the order of the bearings.
+    """
+    parts = controlled(assembled)
+    return np.array([_sensitivities(parts, speed_rad_s, float(w)) for w in frequencies_rad_s])
+
+
+def _sensitivity(
+    parts: Controlled,
+    speed: float,
+    highest_rad_s: float | None,
+    zone_limits: tuple[float, float, float],
+) -> Sensitivity:
+    if not parts.loops:
         raise AnalysisError("magnetic sensitivity: no magnetic bearing is given")
-    plant = _Plant(assembled, loops, speed_rad_s)
-    eigenvalues = plant.eigenvalues()
+    values = la.eigvals(state_matrix(parts, speed))
+    eigenvalues = np.asarray(values[np.argsort(np.abs(values.imag), kind="stable")])
     if (eigenvalues.real >= 0).any():
         return Sensitivity(eigenvalues=eigenvalues, axes=())
-    highest = highest_rad_s or max(_RANGE_RAD_S, _RANGE_SPEEDS * abs(speed_rad_s))
+    highest = highest_rad_s or highest_of(speed)
     samples = _samples(eigenvalues, highest)
-    sampled = np.array([np.abs(plant.sensitivities(w)) for w in samples])
+    sampled = np.array([np.abs(_sensitivities(parts, speed, w)) for w in samples])
     axes = []
-    for k in range(2 * len(loops)):
-        peak, at = _peak(plant, k, samples, sampled[:, k])
+    for k in range(2 * len(parts.loops)):
+
+        def gain(frequency: float, axis: int = k) -> float:
+            return float(abs(_sensitivities(parts, speed, frequency)[axis]))
+
+        peak, at = _peak(gain, samples, sampled[:, k])
         zone = "ABCD"[int(np.searchsorted(zone_limits, peak))]
-        found = {"loop": loops[k // 2].name, "axis": "xy"[k % 2], "zone": zone}
+        found = {"loop": parts.loops[k // 2].name, "axis": "xy"[k % 2], "zone": zone}
         axes.append(AxisPeak(**found, peak=peak, frequency_rad_s=at))
     return Sensitivity(eigenvalues=eigenvalues, axes=tuple(axes))
 
 
-class _Plant:
-    """Matrices of rotor and magnets at a speed, M q'' + C q' + K q = −Σ Tᵀ ki H (S q + e)."""
-
-    def __init__(
-        self, assembled: AssembledSystem, loops: Sequence[MagneticLoop], speed_rad_s: float
-    ) -> None:
-        found: SpeedMatrices = matrices_at_speed(assembled, speed_rad_s)
-        self.loops = loops
-        self.mass = found.mass
-        self.damping = found.damping + found.gyroscopic
-        self.stiffness = found.stiffness.copy()
-        self.magnets = [seat_motion(assembled, loop.actuator)[:2] for loop in loops]
-        self.sensors = [seat_motion(assembled, loop.sensor)[:2] for loop in loops]
-        for loop, rows in zip(loops, self.magnets, strict=True):
-            self.stiffness -= loop.bearing.negative_stiffness_n_per_m * rows.T @ rows
-
-    def eigenvalues(self) -> ComplexArray:
-        """Return the eigenvalues of rotor and controller states, exactly linear."""
-        stiffness, damping, force, states, outputs = self.stiffness, self.damping, [], [], []
-        for loop, rows, seen in zip(self.loops, self.magnets, self.sensors, strict=True):
-            own, gain = loop.bearing.controller, loop.bearing.current_stiffness_n_per_a
-            stiffness = stiffness + gain * rows.T @ own.d @ seen
-            damping = damping + gain * rows.T @ own.gain_of_rate @ seen
-            force.append(gain * rows.T @ own.c)
-            states.append(own.a)
-            outputs.append(own.b @ seen)
-        n, a = len(self.mass), la.block_diag(*states)
-        inverse = la.cho_factor(self.mass)
-        pushed = [la.cho_solve(inverse, m) for m in (stiffness, damping, np.hstack(force))]
-        whole = np.block(
-            [
-                [np.zeros((n, n)), np.eye(n), np.zeros((n, len(a)))],
-                [-pushed[0], -pushed[1], -pushed[2]],
-                [np.vstack(outputs), np.zeros((len(a), n)), a],
-            ]
-        )
-        values = la.eigvals(whole)
-        return np.asarray(values[np.argsort(np.abs(values.imag), kind="stable")])
-
-    def sensitivities(self, frequency_rad_s: float) -> ComplexArray:
-        """Return Gs of all axes at a frequency, each with all other loops closed."""
-        s = 1j * frequency_rad_s
-        stiffness = self.stiffness + s * self.damping + s**2 * self.mass
-        pulls = []
-        for loop, rows, seen in zip(self.loops, self.magnets, self.sensors, strict=True):
-            pull = rows.T @ loop.bearing.sensor_stiffness(s)
-            stiffness = stiffness + pull @ seen
-            pulls.append(pull)
-        moved = np.linalg.solve(stiffness, -np.hstack(pulls))
-        return np.asarray(1.0 + np.diag(np.vstack(self.sensors) @ moved))
+def _sensitivities(parts: Controlled, speed: float, frequency_rad_s: float) -> ComplexArray:
+    """Return Gs of all axes at a frequency, each with all other loops closed."""
+    whole, pulls = dynamic_stiffness(parts, speed, 1j * frequency_rad_s)
+    moved = np.linalg.solve(whole, -pulls)
+    return np.asarray(1.0 + np.diag(np.vstack([loop.sensors for loop in parts.loops]) @ moved))
 
 
 def _samples(eigenvalues: ComplexArray, highest: float) -> FloatArray:
@@ -176,7 +209,7 @@ def _samples(eigenvalues: ComplexArray, highest: float) -> FloatArray:
 
 
 def _peak(
-    plant: _Plant, axis: int, samples: FloatArray, sampled: FloatArray
+    gain: Callable[[float], float], samples: FloatArray, sampled: FloatArray
 ) -> tuple[float, float]:
     """Return the largest |Gs| and where, every high sampled peak refined between its neighbours."""
     best, at = float(sampled.max()), float(samples[np.argmax(sampled)])
@@ -185,7 +218,7 @@ def _peak(
     for k in tops:
         low, high = samples[max(k - 1, 0)], samples[min(k + 1, len(samples) - 1)]
         found = scipy.optimize.minimize_scalar(
-            lambda w: -abs(plant.sensitivities(w)[axis]),
+            lambda w: -gain(float(w)),
             bounds=(low, high),
             method="bounded",
             options={"xatol": 1e-10 * high},

@@ -35,7 +35,9 @@ class _Motion:
 
     def near(self, assembled: AssembledSystem, speed: float) -> _Motion:
         """Return the same motion at a speed nearby, or the one that grows most there."""
-        found = modes_near(assembled, speed)(self.value, self.shape[:, None])
+        found = None
+        if self.shape.size:
+            found = modes_near(assembled, speed)(self.value, self.shape[:, None])
         if found is None:
             return _most_growing(modes_at_speed(assembled, speed))
         return _Motion(speed, complex(found[0][0]), found[1][:, 0])

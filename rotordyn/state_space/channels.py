@@ -8,8 +8,8 @@ from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from solidwhirl.rotordyn.assembly.coordinates import interface_row, joint_motion
-from solidwhirl.rotordyn.assembly.system import AssembledSystem, bearing_matrices
+from solidwhirl.rotordyn.assembly.coordinates import interface_row
+from solidwhirl.rotordyn.assembly.system import AssembledSystem, bearing_force_rows
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
@@ -125,7 +125,6 @@ def _rows(assembled: AssembledSystem, output: Output, speed: float) -> FloatArra
             f"bearing {output.bearing!r} is rigid in {output.component}, which leaves no motion to "
             "compute its force from; give it a stiffness"
         )
-    stiffness, damping = bearing_matrices(assembled, bearing, speed)
-    motion, at = joint_motion(assembled, bearing), MOTIONS.index(output.component)
-    rows[0], rows[1] = stiffness[at] @ motion, damping[at] @ motion
+    at = MOTIONS.index(output.component)
+    rows[0], rows[1] = (part[at] for part in bearing_force_rows(assembled, bearing, speed))
     return rows

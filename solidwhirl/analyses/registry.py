@@ -33,6 +33,7 @@ _RECORDS = {
     "separation_margins": "kinds.separation_margins:SeparationMarginsSpec",
     "api617": "kinds.api617:Api617Spec",
     "stability": "kinds.stability:StabilitySpec",
+    "sensitivity": "kinds.sensitivity:SensitivitySpec",
     "bearing_laws": "kinds.bearing_laws:BearingLawsSpec",
     "run_up": "kinds.run_up:RunUpSpec",
     "static": "kinds.static:StaticSpec",
@@ -106,6 +107,7 @@ if TYPE_CHECKING:
     from solidwhirl.analyses.kinds.place_map import PlaceMapSpec
     from solidwhirl.analyses.kinds.rotating_campbell import RotatingCampbellSpec
     from solidwhirl.analyses.kinds.run_up import RunUpSpec
+    from solidwhirl.analyses.kinds.sensitivity import SensitivitySpec
     from solidwhirl.analyses.kinds.separation_margins import SeparationMarginsSpec
     from solidwhirl.analyses.kinds.stability import StabilitySpec
     from solidwhirl.analyses.kinds.state_space import StateSpaceSpec
@@ -127,6 +129,7 @@ if TYPE_CHECKING:
         | SeparationMarginsSpec
         | Api617Spec
         | StabilitySpec
+        | SensitivitySpec
         | BearingLawsSpec
         | RunUpSpec
         | StaticSpec

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 
-_WORDS = "kg|m2|m3|m|s2|s|n|pa|hz|rpm|rad|deg|j|gib|percent"
+_WORDS = "kg|m2|m3|m|s2|s|n|pa|hz|rpm|rad|deg|j|gib|percent|a"
 _UNIT = re.compile(
-    rf"^(?P<name>.+?)_(?P<unit>(?:{_WORDS})(?:_(?:{_WORDS}))*(?:_per_(?:{_WORDS})(?:_(?:{_WORDS}))*)?"
+    rf"^(?P<name>.+?)_(?P<unit>(?!a(?:\[|$))(?:{_WORDS})(?:_(?:{_WORDS}))*(?:_per_(?:{_WORDS})(?:_(?:{_WORDS}))*)?"
     rf"|per_(?:{_WORDS}))(?P<index>\[[^\]]*\])?$"
 )
 _SYMBOLS = {
@@ -14,6 +14,7 @@ _SYMBOLS = {
     "m3": "m³",
     "s2": "s²",
     "n": "N",
+    "a": "A",
     "pa": "Pa",
     "hz": "Hz",
     "j": "J",

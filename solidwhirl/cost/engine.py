@@ -48,7 +48,7 @@ def _frequencies(scene: Scene) -> int:
 def _uneven(scene: Scene) -> bool:
     """Whether a bearing is stiffer in one direction than across it, at some speed."""
     laws = [scene.speed_laws[b.speed_law] for b in scene.bearings if b.speed_law is not None]
-    if any(law.kind == "frequency_table" for law in laws):
+    if any(law.kind in ("frequency_table", "magnetic") for law in laws):
         return True
     stiffnesses = [
         *(bearing.stiffness_n_per_m for bearing in scene.bearings),

@@ -33,10 +33,11 @@ from solidwhirl.rotordyn import (
     rigid_superelement,
 )
 from solidwhirl.rotordyn.assembly.load_laws import LoadTable
+from solidwhirl.rotordyn.assembly.magnetic_laws import MagneticLaw
 from solidwhirl.rotordyn.asymmetric import RotatingSystem, assemble_rotating, at_rest
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
-from solidwhirl.scene.bearing_physics import AbsoluteLaw
+from solidwhirl.scene.bearing_physics import AbsoluteLaw, SqueezeFilmLawSpec
 from solidwhirl.scene.joints import (
     BeamSpec,
     BearingSpec,
@@ -47,10 +48,15 @@ from solidwhirl.scene.joints import (
     PolynomialLawSpec,
     SpeedLawSpec,
 )
+from solidwhirl.scene.magnetic_bearings import MagneticLawSpec
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import is_off_axis
 
 _PRESETS: dict[str, SpeedLaw] = {"lee_isotropic": LEE_ISOTROPIC, "lee_anisotropic": LEE_ANISOTROPIC}
+# A frequency and a speed beyond all others, rad/s.
+_QUICK = 1e6
+# Keys of a bearing that are no coefficients.
+_NO_NUMBERS = ("name", "first", "second", "rigid", "speed_law", "sensor", "cross_coupling")
 # What belongs to an effect: a part of the keys of a bearing, and rigid motions.
 _OF_EFFECT = {
     "bearing_damping": ("damping", ()),
@@ -162,24 +168,31 @@ def bearings(scene: Scene, plan: Plan, loads: Loads | None = None) -> tuple[Bear
     """
     off = tuple(name for name in _OF_EFFECT if not plan.on(name))
     damped = plan.on("bearing_damping")
-    laws = {
-        name: _load_table(name, spec, damped)
-        if isinstance(spec, LoadTableLawSpec)
-        else _law(name, spec, damped)
-        for name, spec in scene.speed_laws.items()
-    }
     found = []
     for spec in scene.bearings:
-        law = laws.get(spec.speed_law or "")
+        law = _law_of(scene, spec, damped)
         if isinstance(law, LoadTable):
             law = law.at((loads or {})[spec.name])
         found.append(_bearing(spec, off, law))
     return tuple(found) if plan.on("speed_dependent_bearings") else tuple(map(_at_rest, found))
 
 
+def _law_of(scene: Scene, spec: BearingSpec, damped: bool) -> SpeedLaw | LoadTable | None:
+    """Return the speed law of a bearing, None without; films around rings that stand still too."""
+    if spec.speed_law is None:
+        return None
+    law = scene.speed_laws[spec.speed_law]
+    if isinstance(law, LoadTableLawSpec):
+        return _load_table(spec.speed_law, law, damped)
+    turns = scene.speed_ratio(spec.first.partition(".")[0]) != 0.0
+    if isinstance(law, SqueezeFilmLawSpec) and not turns:
+        return _film_of_a_still_ring(spec.speed_law, law, float(damped))
+    return _law(spec.speed_law, law, damped)
+
+
 def _at_rest(bearing: Bearing) -> Bearing:
     """The bearing with the values of its table at rest, as the table has no others."""
-    if not isinstance(bearing.speed_law, TableLaw | FrequencyTableLaw):
+    if not isinstance(bearing.speed_law, TableLaw | FrequencyTableLaw | MagneticLaw):
         return replace(bearing, speed_law=None)
     zero = np.zeros((2, 2))
     k, c = bearing.speed_law.coefficients(0.0, zero, zero)
@@ -189,7 +202,7 @@ def _at_rest(bearing: Bearing) -> Bearing:
     if len(k) == 4:
         own["tilt_stiffness_n_m_per_rad"] = bearing.tilt_stiffness_n_m_per_rad + k[2:, 2:]
         own["tilt_damping_n_m_s_per_rad"] = bearing.tilt_damping_n_m_s_per_rad + c[2:, 2:]
-    return replace(bearing, speed_law=None, **own)
+    return replace(bearing, speed_law=None, sensor=None, **own)
 
 
 def _frequency_law(name: str, spec: FrequencyTableLawSpec, damped: float) -> FrequencyTableLaw:
@@ -221,6 +234,8 @@ def _law(name: str, spec: SpeedLawSpec, damped: bool) -> SpeedLaw:
         return PolynomialLaw(name=name, **spec.model_dump(exclude={"kind"}))
     if isinstance(spec, FrequencyTableLawSpec):
         return _frequency_law(name, spec, float(damped))
+    if isinstance(spec, MagneticLawSpec) and damped:
+        return MagneticLaw(name=name, bearing=spec.bearing())
     if isinstance(spec, FileLawSpec):
         raise AssemblyError((f"law {name!r}: its file {spec.file!r} was not read with the scene",))
     if isinstance(spec, AbsoluteLaw):
@@ -231,22 +246,43 @@ def _law(name: str, spec: SpeedLawSpec, damped: bool) -> SpeedLaw:
     return _PRESETS[spec.preset]
 
 
+def _film_of_a_still_ring(name: str, spec: SqueezeFilmLawSpec, damped: float) -> FrequencyTableLaw:
+    """Return a damper around a ring that stands still, over the frequency of the motion alone.
+
+    Its stiffness is proportional to that, so that two frequencies say all.
+    """
+    ends = np.array([0.0, _QUICK])
+    rows = spec.over_whirl(ends)
+    stiffness, damping = (np.array([part, part]) for part in rows[1:3])
+    return FrequencyTableLaw(
+        name=name,
+        speeds_rad_s=ends,
+        frequencies_rad_s=ends,
+        stiffness_n_per_m=stiffness,
+        damping_n_s_per_m=damped * damping,
+        mass_kg=np.zeros(stiffness.shape),
+        interpolation="linear",
+    )
+
+
 def _bearing(spec: BearingSpec, off: tuple[str, ...], law: SpeedLaw | None) -> Bearing:
     values: dict[str, FloatArray | float] = {}
     fixed = {c for name in off for c in _OF_EFFECT[name][1]}
     for key in BearingSpec.model_fields:
-        if key in ("name", "first", "second", "rigid", "speed_law", "cross_coupling"):
+        if key in _NO_NUMBERS:
             continue
         if any(_OF_EFFECT[n][0] in key for n in off):
             continue
         value = getattr(spec, key)
         values[key] = value if isinstance(value, float) else np.array(value, dtype=float)
+    is_sensed = spec.sensor is not None and isinstance(law, MagneticLaw)
     return Bearing(
         name=spec.name,
         first=end_of(spec.first),
         second=None if spec.second == "ground" else end_of(spec.second),
         rigid=tuple(c for c in spec.rigid if c not in fixed),
         speed_law=law,
+        sensor=end_of(spec.sensor) if is_sensed and spec.sensor is not None else None,
         cross_coupling=spec.cross_coupling,
         **values,  # type: ignore[arg-type]
     )

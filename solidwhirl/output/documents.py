@@ -97,6 +97,17 @@ def results_document(results: Results) -> dict[str, Any]:
         "doubts": _doubts(results),
         "invariants": checks_document(results.checks),
         "bearing_notes": list(note_lines(results.bearing_notes)),
+        "bearings_beyond_theory": [
+            {
+                "bearing": note.bearing,
+                **note.beyond._asdict(),
+                "from_rpm": note.speed_low_rpm,
+                "to_rpm": note.speed_high_rpm,
+                "message": note.message,
+            }
+            for note in results.bearing_notes
+            if note.beyond is not None
+        ],
         "analyses": {name: {"kind": o.kind, **o.document} for name, o in results.analyses.items()},
         "predicted_cost": forecast_document(results.forecast),
         "timings_s": dict(results.timings_s),

@@ -22,6 +22,7 @@ from solidwhirl.estimates.comparators import at_level
 from solidwhirl.estimates.results import Estimates
 from solidwhirl.geometry import Body
 from solidwhirl.meshing.imported.records import AnyBody
+from solidwhirl.model.bearing_validity import validity_notes
 from solidwhirl.model.bodies import build_bodies
 from solidwhirl.model.effects import make_plan
 from solidwhirl.model.mesh_bodies import build_mesh_bodies
@@ -190,7 +191,10 @@ def _analysed(engine: stages.Engine, results: Callable[..., Results]) -> Results
         bodies=engine.reduced,
         elements=engine.elements,
         system=system,
-        bearing_notes=bearing_notes(system, np.array([0.0, top_speed(job.scene)])),
+        bearing_notes=(
+            *bearing_notes(system, np.array([0.0, top_speed(job.scene)])),
+            *validity_notes(job.scene, top_speed(job.scene)),
+        ),
         at_rest=diagram.at_rest,
         campbell=diagram.campbell,
         critical_speeds=diagram.critical_speeds,

@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from solidwhirl.core.fields import Count, Finite, NotNegative, Positive, Record
+from solidwhirl.rotordyn.bearings import rolling, short_bearing
 from solidwhirl.rotordyn.bearings.balls import BallBearing
 from solidwhirl.rotordyn.bearings.rollers import RollerBearing
 from solidwhirl.rotordyn.bearings.rolling import RollingBearing, loaded_ring
@@ -16,6 +17,7 @@ from solidwhirl.rotordyn.bearings.short_bearing import journal_state
 from solidwhirl.rotordyn.bearings.short_film import ShortFilm
 from solidwhirl.rotordyn.bearings.speed_tables import SpeedTable, tabulate
 from solidwhirl.rotordyn.bearings.squeeze_film import SqueezeFilmDamper
+from solidwhirl.rotordyn.bearings.validity import Exceeded
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 
@@ -30,11 +32,11 @@ class AbsoluteLaw(Record):
         raise NotImplementedError
 
 
-class _Computed(AbsoluteLaw):
+class ComputedLaw(AbsoluteLaw):
     """Base of the laws that are computed; what cannot be is refused where the scene is read."""
 
     @model_validator(mode="after")
-    def _possible(self) -> _Computed:
+    def _possible(self) -> ComputedLaw:
         self.table()
         return self
 
@@ -46,13 +48,22 @@ class _Computed(AbsoluteLaw):
         """Compute the coefficients over the speed; ValueError says what cannot be."""
         raise NotImplementedError
 
+    @property
+    def range_rad_s(self) -> tuple[float, float]:
+        """Lowest and highest speed of the table."""
+        raise NotImplementedError
+
+    def exceeded(self, speed_rad_s: float) -> tuple[Exceeded, ...]:
+        """Return where the bearing is beyond its theory at a speed within the table."""
+        raise NotImplementedError
+
 
 @lru_cache(maxsize=_TABLES)
-def _table_of(law: _Computed) -> SpeedTable:
+def _table_of(law: ComputedLaw) -> SpeedTable:
     return law.computed()
 
 
-class RollingLawSpec(_Computed):
+class RollingLawSpec(ComputedLaw):
     """A ball or cylindrical roller bearing by its geometry and load."""
 
     kind: Literal["rolling"]
@@ -105,10 +116,21 @@ class RollingLawSpec(_Computed):
             found = loaded_ring(bearing, load, speed_rad_s=speed)
             return found.lateral_stiffness_n_per_m, self.damping_n_s_per_m * np.eye(2)
 
-        return tabulate(at, 0.0, self.highest_rpm / RPM_PER_RAD_S)
+        return tabulate(at, *self.range_rad_s)
+
+    @property
+    def range_rad_s(self) -> tuple[float, float]:
+        """Lowest and highest speed of the table."""
+        return 0.0, self.highest_rpm / RPM_PER_RAD_S
+
+    def exceeded(self, speed_rad_s: float) -> tuple[Exceeded, ...]:
+        """Return whether contact pressure or speed are too high."""
+        bearing, (x, y, z) = self.bearing(), self.load_n
+        ring = loaded_ring(bearing, (x, y, z + self.preload_n), speed_rad_s=speed_rad_s)
+        return rolling.exceeded(bearing, ring)
 
 
-class _FilmSpec(_Computed):
+class _FilmSpec(ComputedLaw):
     """Base of the laws of short films."""
 
     diameter_m: Positive
@@ -140,7 +162,18 @@ class ShortBearingLawSpec(_FilmSpec):
             found = journal_state(film, self.load_n, speed)
             return found.stiffness_n_per_m, found.damping_n_s_per_m
 
-        return tabulate(at, low / RPM_PER_RAD_S, high / RPM_PER_RAD_S)
+        return tabulate(at, *self.range_rad_s)
+
+    @property
+    def range_rad_s(self) -> tuple[float, float]:
+        """Lowest and highest speed of the table."""
+        low, high = self.speed_rpm
+        return low / RPM_PER_RAD_S, high / RPM_PER_RAD_S
+
+    def exceeded(self, speed_rad_s: float) -> tuple[Exceeded, ...]:
+        """Return whether the bearing is too long or the journal too far out."""
+        film = self.short_film()
+        return short_bearing.exceeded(film, journal_state(film, self.load_n, speed_rad_s))
 
 
 class SqueezeFilmLawSpec(_FilmSpec):
@@ -151,16 +184,35 @@ class SqueezeFilmLawSpec(_FilmSpec):
     orbit_ratio: Annotated[float, Field(ge=0, lt=1, strict=True)]
     whirl_ratio: Finite = 1.0
     highest_rpm: Positive
+    density_kg_per_m3: Positive | None = None
+    supply_pressure_pa: NotNegative | None = None
 
-    def computed(self) -> SpeedTable:
-        """Compute stiffness, proportional to the speed, and damping."""
-        damper = SqueezeFilmDamper(
+    def damper(self) -> SqueezeFilmDamper:
+        """Return the damper; ValueError names what is wrong."""
+        return SqueezeFilmDamper(
             film=self.short_film(),
             orbit_ratio=self.orbit_ratio,
             ends=self.ends,
             whirl_ratio=self.whirl_ratio,
         )
-        speeds = np.array([0.0, self.highest_rpm / RPM_PER_RAD_S])
-        found = np.array([damper.coefficients(self.whirl_ratio * speed) for speed in speeds])
+
+    def computed(self) -> SpeedTable:
+        """Compute stiffness, proportional to the speed, and damping."""
+        return self.over_whirl(np.array(self.range_rad_s), self.whirl_ratio)
+
+    def over_whirl(self, speeds_rad_s: FloatArray, ratio: float = 1.0) -> SpeedTable:
+        """Return the coefficients at speeds whose whirl is a multiple of them, (s,)."""
+        damper = self.damper()
+        found = np.array([damper.coefficients(ratio * float(speed)) for speed in speeds_rad_s])
         both = found[:, :, None, None] * np.eye(2)
-        return SpeedTable(speeds, both[:, 0], both[:, 1], "linear")
+        return SpeedTable(speeds_rad_s, both[:, 0], both[:, 1], "linear")
+
+    @property
+    def range_rad_s(self) -> tuple[float, float]:
+        """Lowest and highest speed of the table."""
+        return 0.0, self.highest_rpm / RPM_PER_RAD_S
+
+    def exceeded(self, speed_rad_s: float) -> tuple[Exceeded, ...]:
+        """Return whether the film is too long, the orbit too wide, or the oil does otherwise."""
+        whirl = self.whirl_ratio * speed_rad_s
+        return self.damper().exceeded(whirl, self.density_kg_per_m3, self.supply_pressure_pa)

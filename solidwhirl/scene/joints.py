@@ -30,6 +30,7 @@ from solidwhirl.scene.bearing_physics import (
     ShortBearingLawSpec,
     SqueezeFilmLawSpec,
 )
+from solidwhirl.scene.magnetic_bearings import MagneticLawSpec
 
 # Rows of a table nearer to each other than this fraction of the highest speed are one speed.
 _ONE_SPEED = 1e-12
@@ -135,6 +136,7 @@ class BearingSpec(Record):
     torsion_damping_n_m_s_per_rad: NotNegative = 0.0
     rigid: Annotated[tuple[Motion, ...], Field(max_length=MOST)] = ()
     speed_law: Name | None = None
+    sensor: EndText | None = None
     cross_coupling: Literal["with_spin", "as_given"] = "with_spin"
 
 
@@ -345,6 +347,7 @@ SpeedLawSpec = Annotated[
     | PresetLawSpec
     | RollingLawSpec
     | ShortBearingLawSpec
-    | SqueezeFilmLawSpec,
+    | SqueezeFilmLawSpec
+    | MagneticLawSpec,
     Field(discriminator="kind"),
 ]

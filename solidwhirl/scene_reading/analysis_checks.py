@@ -12,6 +12,7 @@ from solidwhirl.core.errors import unknown
 from solidwhirl.geometry.features import MOST
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.scene.bearing_physics import AbsoluteLaw
+from solidwhirl.scene.magnetic_bearings import MagneticLawSpec
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import EFFECT_OF, acting_on, is_off_axis
 from solidwhirl.scene_checks.recovery_references import no_common_sector, no_solid, sectors_of
@@ -98,6 +99,10 @@ def _further_problems(scene: Scene, spec: AnalysisSpec) -> Iterator[str]:
         yield from _bow_problems(scene, spec)
     if spec.kind == "api617":
         yield from _api617_problems(scene, spec)
+    if spec.kind == "sensitivity" and not any(
+        isinstance(scene.speed_laws.get(b.speed_law or ""), MagneticLawSpec) for b in scene.bearings
+    ):
+        yield "kind: sensitivity is that of magnetic bearings; no bearing has a law of that kind"
     if spec.kind == "separation_margins" and not (spec.operating or scene.operating):
         yield "operating: missing; give it here or as [[operating]] of the scene"
 
@@ -222,6 +227,14 @@ def _support_problems(
 
 
 def _run_up_problems(scene: Scene, spec: RunUpSpec) -> Iterator[str]:
+    for bearing in scene.bearings:
+        law = scene.speed_laws.get(bearing.speed_law or "")
+        if isinstance(law, MagneticLawSpec) and law.bearing().controller.integrates:
+            yield (
+                f"kind: a run_up takes bearings as they are at the frequency of the spin, and the "
+                f"controller of {bearing.speed_law!r} integrates, which has no value at rest; give "
+                "it no integral part for a run_up"
+            )
     ratios = [abs(scene.speed_ratio(u.at.partition(".")[0])) for u in spec.unbalances]
     fastest = max(ratios, default=0.0) * spec.to_rpm / 60.0
     if spec.record_hz < _RECORDS_PER_TURN * fastest:

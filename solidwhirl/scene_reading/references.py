@@ -9,8 +9,13 @@ import numpy as np
 from solidwhirl.analyses.kinds.api617 import Api617Spec
 from solidwhirl.core.errors import repeated, unknown
 from solidwhirl.core.fields import alike_in_files
-from solidwhirl.scene.bearing_physics import AbsoluteLaw, ShortBearingLawSpec
+from solidwhirl.scene.bearing_physics import (
+    AbsoluteLaw,
+    ShortBearingLawSpec,
+    SqueezeFilmLawSpec,
+)
 from solidwhirl.scene.joints import BearingSpec, GearSpec, LoadTableLawSpec
+from solidwhirl.scene.magnetic_bearings import MagneticLawSpec
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.recovery_references import recovery_problems
 from solidwhirl.scene_reading.analysis_checks import analysis_problems
@@ -79,7 +84,10 @@ def _alike_analyses(names: Sequence[str]) -> Iterator[str]:
 
 def _end_problems(joint: BearingSpec | GearSpec, places: list[str]) -> Iterator[str]:
     ground = ["ground"] if isinstance(joint, BearingSpec) else []
-    for key, end, more in (("first", joint.first, []), ("second", joint.second, ground)):
+    ends = [("first", joint.first, []), ("second", joint.second, ground)]
+    if isinstance(joint, BearingSpec) and joint.sensor is not None:
+        ends.append(("sensor", joint.sensor, []))
+    for key, end, more in ends:
         if end not in [*places, *more]:
             none = "none, since no body has an interface"
             yield f"{key}: {unknown('interface', end, [*places, *more], none)}"
@@ -97,6 +105,10 @@ def _rigid_problems(bearing: BearingSpec) -> Iterator[str]:
 
 
 def _law_problems(scene: Scene, bearing: BearingSpec) -> Iterator[str]:
+    if bearing.sensor is not None and not isinstance(
+        scene.speed_laws.get(bearing.speed_law or ""), MagneticLawSpec
+    ):
+        yield "sensor: a bearing has one if its speed_law is of kind magnetic"
     if bearing.speed_law is None:
         return
     if bearing.speed_law not in scene.speed_laws:
@@ -118,7 +130,7 @@ def _law_problems(scene: Scene, bearing: BearingSpec) -> Iterator[str]:
         yield "speed_law: ux or uy is rigid; give one of the two"
     ratios = scene.speed_ratios()
     body = bearing.first.partition(".")[0]
-    if ratios.get(body) == 0.0:
+    if ratios.get(body) == 0.0 and not isinstance(law, MagneticLawSpec | SqueezeFilmLawSpec):
         yield (
             f"first: {body!r} does not turn, and the law takes the speed of the first end; put "
             "the end on the turning body first"

@@ -109,5 +109,11 @@ clearances = [
 stages = [{ at = "lp.m", power_w = 1e5, diameter_m = 0.4, height_m = 0.02, density_ratio = 1.2 }]
 level_2 = [{ name = "seal", cross_couplings = [{ at = "lp.m", stiffness_n_per_m = 1e4 }] }]
 overhangs = [{ bearing = "B", mass_kg = 2.0 }]
+[nonlinear_response]
+unbalances = [{ at = "lp.m", moment_kg_m = 1e-5 }]
+nonlinear = [{ first = "lp.m", second = "casing.c", kind = "cubic", radial_n_per_m3 = 1e16 }]
+from_rpm = 1000.0
+to_rpm = 2000.0
+observe = ["lp.m"]
 """)
 ENGINE["analyses"] = [{"kind": kind, **analysis} for kind, analysis in KINDS.items()]

@@ -41,6 +41,7 @@ _HARMONICS, _WITH_GAP = 3, 7
 _MULTIPLIERS = 4.0
 _GROUND = "ground"
 _KEYS = ("major_m", "largest_radius_m")
+_Turns = Annotated[int, Field(ge=1, le=10, strict=True)]
 
 
 class NonlinearJointSpec(Record):
@@ -137,6 +138,7 @@ class NonlinearResponseSpec(base.Analysis):
     observe: base.Places
     gravity_m_per_s2: tuple[Finite, Finite] | None = None
     tolerance: Annotated[float, Field(gt=0, lt=1, strict=True)] = 1e-3
+    period_multiples: Annotated[tuple[_Turns, ...], Field(max_length=10)] = ()
 
     @model_validator(mode="after")
     def _rising(self) -> NonlinearResponseSpec:
@@ -145,11 +147,12 @@ class NonlinearResponseSpec(base.Analysis):
 
     def work(self, size: EngineSize) -> Work:
         """How much it has to solve."""
+        branches = 1.0 + sum(self.period_multiples)
         harmonics, motions = 1, _CIRCLES
         if size.uneven or self.gravity_m_per_s2 is not None:
             gap = any(joint.kind == "clearance" for joint in self.nonlinear)
             harmonics, motions = _WITH_GAP if gap else _HARMONICS, _ORBITS
-        solves = _BALANCES * (harmonics + 1)
+        solves = branches * _BALANCES * (harmonics + 1)
         return Work(solves=solves, results=_MULTIPLIERS * motions, values=5.0 * solves)
 
     def run(self, engine: base.Engine) -> Outcome:
@@ -164,6 +167,7 @@ class NonlinearResponseSpec(base.Analysis):
             [end_of(place) for place in observed],
             gravity_m_per_s2=(*(self.gravity_m_per_s2 or (0.0, 0.0)), 0.0),
             tolerance=self.tolerance,
+            sought_turns=self.period_multiples,
         )
         document: dict[str, Any] = {
             "unbalances": [u.model_dump() for u in self.unbalances],
@@ -186,11 +190,12 @@ class NonlinearResponseSpec(base.Analysis):
             "truncation_error_estimate": found.truncation,
             "notes": _notes(self, found, engine.system),
         }
+        sought = _sought_text(found)
         said = ", ".join(f"{j['direction']} at {j['speed_rpm']:.0f} rpm" for j in document["jumps"])
         return Outcome(
             kind=self.kind,
             document=document,
-            headline=f"jumps: {said or 'none'}; {found.harmonics} harmonics",
+            headline=f"jumps: {said or 'none'}; {sought}{found.harmonics} harmonics",
         )
 
     def pictures(self, found: base.Found) -> Mapping[str, base.Charts]:
@@ -232,6 +237,10 @@ class NonlinearResponseSpec(base.Analysis):
             {
                 "place": ("place", places),
                 "branch": ("point", [k for k, b in enumerate(branches) for _ in b["speed_rpm"]]),
+                "period_multiple": (
+                    "point",
+                    [b["period_multiple"] for b in branches for _ in b["speed_rpm"]],
+                ),
             },
             {key: document[key] for key in ("harmonics", "truncation_error_estimate")},
         )
@@ -267,6 +276,8 @@ def _branch_document(branch: NonlinearBranch, places: Sequence[str]) -> dict[str
         "turning": branch.is_turning.tolist(),
         "largest_multiplier": np.abs(branch.multiplier).tolist(),
         "followed_to_its_end": branch.is_whole,
+        "period_multiple": branch.period_multiple,
+        "closed": branch.is_closed,
         "places": {
             place: {
                 "major_m": major[:, k].tolist(),
@@ -275,6 +286,17 @@ def _branch_document(branch: NonlinearBranch, places: Sequence[str]) -> dict[str
             for k, place in enumerate(places)
         },
     }
+
+
+def _sought_text(found: NonlinearResponse) -> str:
+    """Return what was found besides the branches from the ends of the speeds."""
+    said = [
+        f"from {b.speeds_rad_s.min() * RPM_PER_RAD_S:.0f} to "
+        f"{b.speeds_rad_s.max() * RPM_PER_RAD_S:.0f} rpm "
+        + (f"repeating after {b.period_multiple} turns" if b.period_multiple > 1 else "isolated")
+        for b in found.sought
+    ]
+    return f"also {', '.join(said)}; " if said else ""
 
 
 def _notes(
@@ -307,6 +329,7 @@ def _chart(document: Mapping[str, Any]) -> Chart:
             is_stable=np.array(b["stable"]),
             is_turning=np.array(b["turning"]),
             radius_m={p: numbers(m["largest_radius_m"]) for p, m in b["places"].items()},
+            turns=b["period_multiple"],
         )
         for b in document["branches"]
     ]

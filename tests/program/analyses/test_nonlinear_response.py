@@ -74,6 +74,21 @@ def test_rotor_in_a_squeeze_film_alone():
     assert all(document["branches"][0]["stable"]) and not document["jumps"]
 
 
+def test_subharmonics_are_sought_and_told():
+    """One third of the unbalance's frequency in y, along which the spring stiffens."""
+    spring = {"first": "rotor.m", "kind": "cubic", "along_n_per_m3": [0.0, 1e15]}
+    asked = {**ASKED, "nonlinear": [spring], "from_rpm": 17500.0, "to_rpm": 20000.0}
+    found = run(rotor(40.0, rpm=(0.0, 2.2e4)), {**asked, "period_multiples": [3]})
+    outcome = found.analyses["nonlinear_response"]
+    periods = [b["period_multiple"] for b in outcome.document["branches"]]
+    assert periods[0] == 1 and 3 in periods
+    assert "repeating after 3 turns" in outcome.headline
+    names = {c.name for c in outcome.blocks()[0].marks(Curve)}
+    assert "rotor.m, 3 turns" in names
+    tree = datasets(found)["analyses/nonlinear_response"]
+    assert set(tree["period_multiple"].values.tolist()) == set(periods)
+
+
 @pytest.mark.parametrize(
     ("changes", "says"),
     [
@@ -82,6 +97,7 @@ def test_rotor_in_a_squeeze_film_alone():
         ({"nonlinear": [{**CUBIC, "second": "rotor.m"}]}, "must differ"),
         ({"nonlinear": [{**CUBIC, "kind": "square"}]}, "'cubic', 'clearance', 'squeeze_film'"),
         ({"nonlinear": []}, "nonlinear"),
+        ({"period_multiples": [0]}, "period_multiples[0]"),
         ({"to_rpm": 500.0}, "to_rpm = 500 is not above from_rpm = 1000"),
         (
             {"nonlinear": [{"first": "rotor.m", "second": "rotor.a", "kind": "clearance",

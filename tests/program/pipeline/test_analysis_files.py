@@ -63,6 +63,7 @@ api617 = { journals = [2], assumptions = [], overhung_kg = [2] }
 separation_margins = { operating = [1], margins = [] }
 bearing_laws = { bearings = [2], notes = [] }
 run_up = { largest_mount_force_n = [], force_spectrum_peaks = [], energy = [5] }
+nonlinear_response = { unbalances = [1], nonlinear = [1], branches = [1] }
 static = { speeds = [2], forces = [1], gears = [], notes = [] }
 state_space = { inputs = [5], outputs = [15], speed_rpm = [], files = [3] }
 stability = { speed_rpm = [5], smallest_log_decrement = [5], growing_motions = [5], threshold = [] }
@@ -82,7 +83,7 @@ def document(folder):
 
 UNITS = (
     *("_m", "_m_per_s", "_hz", "_rpm", "_n", "_deg", "_kg_m", "_s", "_per_s", "_j", "_kg"),
-    *("_n_per_m", "_kg_per_m3", "_mm_per_s", "_m_per_s2", "_rad"),
+    *("_n_per_m", "_kg_per_m3", "_mm_per_s", "_m_per_s2", "_rad", "_n_per_m3"),
 )
 PURE = """
     amplification amplification_factor frequency_ratio speed_ratio orders share mirrored margin
@@ -95,6 +96,7 @@ PURE = """
     to_spare value limit margin required_margin error_estimate height_error_estimate
     speed_error_estimate scale_factor times_expected critical_speed_ratio applied_at
     log_decrement_at_expected worst_to_spare
+    harmonics period_multiple largest_multiplier truncation_error_estimate
     coordinates peak_force_error response_error_by_band choice_is_at_the_end_of_the_range
 """
 

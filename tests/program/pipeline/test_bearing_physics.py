@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from engine_parts import RPM, rigid_rotor
+from engine_parts import MASS, RPM, rigid_rotor
+from symmetric_rotor import run
 
+from solidwhirl.model.bearing_validity import validity_notes
 from solidwhirl.model.effects import make_plan
 from solidwhirl.model.system_parts import bearings
 from solidwhirl.rotordyn.bearings.balls import BallBearing
 from solidwhirl.rotordyn.bearings.rolling import loaded_ring
+from solidwhirl.rotordyn.bearings.short_film import ShortFilm
+from solidwhirl.rotordyn.bearings.squeeze_film import SqueezeFilmDamper
 from solidwhirl.scene_reading.reader import SceneError, parse_scene
 
 OIL = {"diameter_m": 0.1, "length_m": 0.03, "radial_clearance_m": 1e-4, "viscosity_pa_s": 0.1}
@@ -86,3 +90,66 @@ def test_bad_input_has_one_clear_message(law, message):
 def test_oblique_load_under_a_shaft_that_turns_backward_is_refused():
     with pytest.raises(SceneError, match="for a load_n along x or y only"):
         scene_of({**FILM, "load_n": [300.0, -525.0]}, ratio=-1.0)
+
+
+def test_film_around_a_ring_that_stands_still():
+    """A mass in a ring: unbalance and modes have K and C of their own frequency."""
+    law = {**DAMPER, "viscosity_pa_s": 1e-3}
+    ring = {"mass_kg": 4.0, "center_of_gravity_m": [0.0, 0.0, 0.0],
+            "inertia_kg_m2": [0.1, 0.1, 0.1], "interfaces": {"a": 0.0}}  # fmt: skip
+    data = rigid_rotor(speed_laws={"film": law}, rpm=(0.0, 6000.0))
+    data["rigid_bodies"]["ring"] = ring
+    stiff = {"stiffness_n_per_m": 5e6, "tilt_stiffness_n_m_per_rad": 1e6}
+    data["bearings"] = [
+        {"name": "ball", "first": "rotor.m", "second": "ring.a", **stiff},
+        {"name": "film", "first": "ring.a", "speed_law": "film"},
+        {"name": "cage", "first": "ring.a", **stiff, "stiffness_n_per_m": 1e6},
+    ]
+    found = run(
+        data,
+        {"kind": "unbalance_response", "to_rpm": 6000.0, "count": 7, "observe": ["rotor.m"],
+         "unbalances": [{"at": "rotor.m", "moment_kg_m": 1e-4}]},
+        {"kind": "stability", "to_rpm": 6000.0, "count": 3},
+    )  # fmt: skip
+    film = SqueezeFilmDamper(
+        film=ShortFilm(**{**OIL, "viscosity_pa_s": 1e-3}), orbit_ratio=0.3
+    ).coefficients
+
+    def dynamic(s):
+        k, c = film(abs(s.imag))
+        own = np.array([[5e6, -5e6], [-5e6, 6e6 + k + s * c]])
+        return own + s**2 * np.diag([MASS, 4.0])
+
+    omega = 3000.0 * RPM
+    wanted = abs(np.linalg.solve(dynamic(1j * omega), [1e-4 * omega**2, 0.0])[0])
+    document = found.analyses["unbalance_response"].document
+    at = int(np.argmin(np.abs(np.array(document["speed_rpm"]) - 3000.0)))
+    orbit = document["exciters"][0]["places"]["rotor.m"]
+    assert document["speed_rpm"][at] == pytest.approx(3000.0)
+    assert orbit["major_m"][at] == pytest.approx(wanted, rel=1e-9)
+    lateral = [complex(v) for v in found.campbell.eigenvalues[:, 0] if np.isfinite(v)]
+    sizes = [np.linalg.svd(dynamic(v), compute_uv=False)[-1] / 5e6 for v in lateral]
+    assert np.count_nonzero(np.array(sizes) < 1e-8) >= 2
+    assert found.analyses["stability"].document["unstable_intervals"] == []
+
+
+@pytest.mark.parametrize(
+    ("law", "quantities"),
+    [
+        ({**BALLS, "load_n": [0.0, -2.5e4, 0.0], "preload_n": 1.2e4, "highest_rpm": 3e4},
+         ["contact pressure [Pa]", "speed times pitch diameter [mm/min]"]),
+        ({**FILM, "length_m": 0.06, "load_n": [0.0, -3e5]},
+         ["L/D of a land", "eccentricity ratio"]),
+        ({**DAMPER, "orbit_ratio": 0.5, "density_kg_per_m3": 870.0, "viscosity_pa_s": 5e-3},
+         ["orbit over clearance", "squeeze Reynolds number"]),
+        (FILM, []),
+        (DAMPER, []),
+        ({**BALLS, "highest_rpm": 1e4}, []),
+    ],
+)  # fmt: skip
+def test_use_beyond_theory_is_told_with_figure_and_limit(law, quantities):
+    notes = validity_notes(scene_of(law), 2.5e4 * RPM)
+    assert [note.beyond.quantity for note in notes] == quantities
+    for note in notes:
+        assert note.bearing == "A" and note.beyond.value > note.beyond.limit
+        assert f"limit {note.beyond.limit:.3g}" in note.message

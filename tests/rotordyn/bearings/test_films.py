@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import quad
 
 from solidwhirl.rotordyn import AnalysisError
-from solidwhirl.rotordyn.bearings.short_bearing import journal_state, notes
+from solidwhirl.rotordyn.bearings.short_bearing import exceeded, journal_state
 from solidwhirl.rotordyn.bearings.short_film import ShortFilm
 from solidwhirl.rotordyn.bearings.squeeze_film import SqueezeFilmDamper
 
@@ -45,7 +45,7 @@ def test_printed_journal_bearing():
     k, c = found.stiffness_n_per_m / 1e6, found.damping_n_s_per_m / 1e3
     np.testing.assert_allclose(k, [[12.8080, 16.3936], [-25.0604, 8.8153]], atol=6e-5)
     np.testing.assert_allclose(c, [[232.897, -81.924], [-81.924, 294.912]], atol=6e-4)
-    assert notes(OIL, found) == ()
+    assert exceeded(OIL, found) == ()
 
 
 @pytest.mark.parametrize("ratio", [1e-6, 0.1, 0.5, 0.9, 0.995])
@@ -204,9 +204,18 @@ def test_groove_and_seals():
 
 def test_range_of_validity_is_told():
     wide = dataclasses.replace(OIL, length_m=0.08, film="2pi")
-    found = SqueezeFilmDamper(film=wide, orbit_ratio=0.5).notes(20000.0, 850.0)
-    assert [line.split()[0] for line in found] == ["L/D", "orbit", "squeeze", "2π"]
-    assert SqueezeFilmDamper(film=OIL, orbit_ratio=0.2).notes(1000.0, 850.0) == ()
+    found = SqueezeFilmDamper(film=wide, orbit_ratio=0.5).exceeded(20000.0, 850.0)
+    assert [one.quantity.split()[0] for one in found] == ["L/D", "orbit", "squeeze", "peak"]
+    assert [one.limit for one in found[:3]] == [0.5, 0.4, 1.0]
+    assert found[0].value == pytest.approx(0.8) and "is 0.8, limit 0.5" in found[0].text
+    full = SqueezeFilmDamper(film=OIL, orbit_ratio=0.2)
+    assert full.exceeded(1000.0, 850.0) == ()
+    slow = full.exceeded(1e-3, 850.0, 0.0)
+    assert [one.quantity[:4] for one in slow] == ["peak"]
+    angle = np.linspace(0.0, np.pi, 200001)
+    shape = 0.2 * np.sin(angle) / (1.0 + 0.2 * np.cos(angle)) ** 3
+    scale = 1.5 * 0.1 * 1000.0 * (0.03 / 1e-4) ** 2
+    assert full.suction_pa(1000.0) == pytest.approx(scale * shape.max(), rel=1e-9)
 
 
 def test_bad_input_is_named():

@@ -9,15 +9,27 @@ from rotors import one_rotor, steel_shaft
 
 from solidwhirl.rotordyn import (
     AnalysisError,
+    Bearing,
     End,
     InternalDamping,
+    Rotor,
+    assemble,
     matrices_at_speed,
+    modes_at_speed,
     rigid_superelement,
 )
 from solidwhirl.rotordyn.assembly.coordinates import seat_motion
+from solidwhirl.rotordyn.assembly.magnetic_laws import MagneticLaw
+from solidwhirl.rotordyn.assembly.system import at_rate, at_whirl_ratio, bearing_force_rows
 from solidwhirl.rotordyn.bearings import controllers as ct
 from solidwhirl.rotordyn.bearings.magnetic import MagneticBearing
-from solidwhirl.rotordyn.stability.magnetic_loops import MagneticLoop, magnetic_sensitivity
+from solidwhirl.rotordyn.response.unbalance import Unbalance, unbalance_response
+from solidwhirl.rotordyn.stability.intervals import unstable_intervals
+from solidwhirl.rotordyn.stability.magnetic_loops import (
+    MagneticLoop,
+    magnetic_sensitivity,
+    system_sensitivity,
+)
 
 
 def both(controller):
@@ -182,3 +194,113 @@ def test_dynamic_stiffness_and_parts_of_a_controller():
             negative_stiffness_n_per_m=0.0,
             controller=ct.low_pass(1.0),
         )
+
+
+# -- magnetic bearings as laws of a system -------------------------------------------------------
+
+
+def with_laws(bare, loops):
+    """The same bearings as joints of the system."""
+    bearings = [
+        Bearing(
+            name=one.name,
+            first=one.actuator,
+            sensor=None if one.sensor == one.actuator else one.sensor,
+            speed_law=MagneticLaw(name=one.name, bearing=one.bearing),
+        )
+        for one in loops
+    ]
+    return assemble(bare.system.rotors, (*bare.system.bearings, *bearings))
+
+
+def test_closed_loop_modes_and_sensitivity_of_a_system():
+    bare, loops, speed = beam_rotor(), beam_loops(), 800.0
+    system = with_laws(bare, loops)
+    a, _, _ = whole_state_space(bare, loops, speed)
+    balanced, _ = la.matrix_balance(a, permute=False)
+    wanted = la.eigvals(balanced)
+    modes = modes_at_speed(system, speed)
+    found = np.concatenate((modes.eigenvalues, modes.eigenvalues.conj(), modes.real_eigenvalues))
+    lively = np.abs(wanted.real) < 0.99 * np.abs(wanted)
+    for value in wanted[lively]:
+        assert np.abs(found - value).min() < 1e-6 * abs(value)
+    assert modes.zero_count == 0 and len(found) == len(wanted)
+    assert 2 * modes.eigenvalues.size == np.count_nonzero(lively)
+    # a root of the states is one of the bearings as they are at its own rate
+    for value, shape in zip(modes.eigenvalues[:6], modes.shapes[:, :6].T, strict=True):
+        m, c, g, k = matrices_at_speed(at_rate(system, complex(value)), speed)
+        terms = (k @ shape, value * (c + g) @ shape, value**2 * m @ shape)
+        assert la.norm(sum(terms)) < 1e-6 * max(la.norm(term) for term in terms)
+    rated = system_sensitivity(system, speed, highest_rad_s=5e4)
+    before = magnetic_sensitivity(bare, loops, speed, highest_rad_s=5e4)
+    for one, other in zip(rated.axes, before.axes, strict=True):
+        assert (one.loop, one.axis, one.zone) == (other.loop, other.axis, other.zone)
+        assert one.peak == pytest.approx(other.peak, rel=1e-9)
+
+
+def test_response_and_forces_with_sensors_apart():
+    bare, loops, speed = beam_rotor(), beam_loops(), 800.0
+    system = with_laws(bare, loops)
+    u = [Unbalance(body="rotor", interface="seen", moment_kg_m=1e-4)]
+    found = unbalance_response(system, u, np.array([speed])).exciters[0]
+    z = np.zeros((bare.size, bare.size), dtype=complex)
+    m, c, g, k = matrices_at_speed(bare, speed)
+    s = 1j * speed
+    z = k + s * (c + g) + s**2 * m
+    for one in loops:
+        rows, seen = (seat_motion(bare, end)[:2] for end in (one.actuator, one.sensor))
+        z = z + rows.T @ one.bearing.sensor_stiffness(s) @ seen - 1e6 * rows.T @ rows
+    place = seat_motion(bare, End(body="rotor", interface="seen"))[:2]
+    q = la.solve(z, 1e-4 * speed**2 * place.T @ [1.0, -1.0j])
+    np.testing.assert_allclose(found.at_node("rotor", "seen"), [place @ q], rtol=1e-8)
+    joint = system.law_joints[0]
+    steady = at_whirl_ratio(system, 1.0)
+    k6, c6 = bearing_force_rows(steady, system.system.bearings[0], speed)
+    rows, seen = (seat_motion(bare, e)[:2] for e in (loops[0].actuator, loops[0].sensor))
+    pull = loops[0].bearing.sensor_stiffness(s) @ (seen @ q) - 1e6 * rows @ q
+    mine = (k6 + s * c6)[:2] @ moved(bare, system, q)
+    np.testing.assert_allclose(mine, pull, rtol=1e-7)
+    assert joint.motion.shape[0] == 4
+
+
+def moved(bare, system, q):
+    """Coordinates of one system from those of another with the same bodies."""
+    return la.lstsq(system.transformation, bare.transformation @ q)[0]
+
+
+def test_proportional_and_derivative_control_is_a_spring_and_a_damper():
+    body = rigid_superelement(
+        "rotor", 12.0, (0.0, 0.0, 0.0), (0.5, 0.5, 0.9), {"a": -0.4, "b": 0.3},
+        components=("ux", "uy", "rx", "ry"),
+    )  # fmt: skip
+    own = {"current_stiffness_n_per_a": 200.0, "negative_stiffness_n_per_m": 1e6}
+    bearing = MagneticBearing(**own, controller=both(ct.pid(2e4, 0.0, 4.0)))
+    ends = [End(body="rotor", interface=i) for i in "ab"]
+    rotor = {"rotor": Rotor(element=body, speed_ratio=1.0)}
+    plain, magnetic = (
+        assemble(rotor, tuple(Bearing(name=e.interface, first=e, **keys) for e in ends))
+        for keys in (
+            {"stiffness_n_per_m": 3e6 * np.eye(2), "damping_n_s_per_m": 800.0 * np.eye(2)},
+            {"speed_law": MagneticLaw(name="m", bearing=bearing)},
+        )
+    )
+    wanted, found = (modes_at_speed(system, 500.0) for system in (plain, magnetic))
+    np.testing.assert_allclose(found.eigenvalues, wanted.eigenvalues, rtol=1e-9)
+    assert unstable_intervals(magnetic, 0.0, 1000.0) == ()
+    weak = MagneticBearing(**own, controller=both(ct.pid(4e3, 0.0, 4.0)))
+    drops = assemble(
+        rotor,
+        tuple(
+            Bearing(name=e.interface, first=e, speed_law=MagneticLaw(name="m", bearing=weak))
+            for e in ends
+        ),
+    )
+    (window,) = unstable_intervals(drops, 0.0, 1000.0)
+    assert window.kind == "divergence" and not window.opens
+
+
+def test_an_integrator_holds_what_is_slow():
+    gain, slope = ct.pid(2e4, 2e4, 60.0, 3e4).slow_gain()
+    assert gain[0, 0] > 1e7 and not slope.any()
+    gain, slope = ct.pid(2e4, 0.0, 60.0, 3e4).slow_gain()
+    assert gain[0, 0] == pytest.approx(2e4) and slope[0, 0] == pytest.approx(60.0)

@@ -193,3 +193,12 @@ def test_balls_that_hardly_touch_find_their_place():
     radial = outer * np.cos(found.outer_angle_rad) - inner * np.cos(found.inner_angle_rad)
     np.testing.assert_allclose(axial, 0.0, atol=1e-9 * outer.max())
     np.testing.assert_allclose(radial, own, rtol=1e-8)
+
+
+def test_pressure_of_a_line_contact():
+    """Hertz: p² = Q E* / (π L R) with 1/R = 1/R1 + 1/R2."""
+    found = RollerBearing(
+        roller_count=12, roller_diameter_m=0.01, effective_length_m=0.01, pitch_diameter_m=0.05
+    ).pressure_pa(1000.0, 0.0)
+    curved, modulus = 1 / 0.005 + 1 / 0.02, 207e9 / (2 * (1 - 0.3**2))
+    assert found == pytest.approx(np.sqrt(1000.0 * modulus * curved / (np.pi * 0.01)), rel=1e-12)

@@ -9,7 +9,7 @@ import pytest
 from rotors import ground, hub, one_rotor, steel_shaft
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
-from scipy.optimize import minimize_scalar
+from scipy.optimize import brentq, minimize_scalar
 from scipy.special import ellipk
 
 from solidwhirl.rotordyn import AnalysisError, End
@@ -195,15 +195,21 @@ def test_rate_in_a_gap():
 # -- integration in time -------------------------------------------------------------------------
 
 
-def flow(force, omega, gravity, start, periods=1.0):
-    """State of the disk after some periods from (x, y, x', y')."""
+def disk_rate(force, omega, gravity, damping=DAMPING):
+    """Rate of the state (x, y, x', y') of the disk."""
 
     def rate(time, state):
         u, v = state[:2], state[2:]
         load = MASS * OFFSET * omega**2 * np.array([np.cos(omega * time), np.sin(omega * time)])
-        held = STIFFNESS * u + DAMPING * v + force.at(u[None], v[None]).force_n[0]
+        held = STIFFNESS * u + damping * v + force.at(u[None], v[None]).force_n[0]
         return np.concatenate((v, (load - held) / MASS + gravity))
 
+    return rate
+
+
+def flow(force, omega, gravity, start, periods=1.0):
+    """State of the disk after some periods from (x, y, x', y')."""
+    rate = disk_rate(force, omega, gravity)
     end = periods * 2 * np.pi / omega
     return solve_ivp(rate, (0.0, end), start, rtol=1e-8, atol=1e-12, method="DOP853").y[:, -1]
 
@@ -234,6 +240,90 @@ def test_motion_and_multipliers_in_time(force, omega, gravity, harmonics, error)
     found = multipliers(small_motions(problem, 2500.0), point.motion_m, omega)
     for wanted in np.linalg.eigvals(np.stack(columns, axis=1) * size[None] / size[:, None]):
         assert np.abs(found - wanted).min() < 5e-3
+
+
+# -- motions that are sought ---------------------------------------------------------------------
+
+
+def sought(force, system, moment, speeds, turns, **options):
+    joints = [NonlinearJoint(first=HUB, force=force)]
+    return nonlinear_response(
+        system, joints, unbalance(moment), speeds, [HUB], sought_turns=turns, **options
+    )
+
+
+def test_subharmonic_of_order_three():
+    """Where it exists: balance of ω/3 with the linear motion at ω, in x of a Duffing oscillator.
+
+    Nayfeh and Mook (1995), Nonlinear Oscillations, section 4.1.4, without expansion about 3 ω0.
+    """
+    damping, offset, alpha = 200.0, 1.5e-6, 1e17 / MASS
+    force, system = CubicSpring(along_n_per_m3=(1e17, 0.0)), jeffcott(damping=damping)
+    found = sought(force, system, MASS * offset, (2500.0, 3600.0), (3,))
+    main, branch = found.branches
+    assert (main.period_multiple, branch.period_multiple) == (1, 3) and branch.is_whole
+    omega0 = STIFFNESS / MASS
+
+    def parts(omega):
+        """β = αB² and D of (¾αA² − D)² + γ² = ¾β ¾αA², and γ."""
+        beta = alpha * (offset * omega**2 / (omega0 - omega**2)) ** 2
+        return beta, omega**2 / 9 - omega0 - 1.5 * beta, damping / MASS * omega / 3
+
+    def exists(omega):
+        beta, d, gamma = parts(omega)
+        return 0.75 * beta * d + (0.375 * beta) ** 2 - gamma**2
+
+    begins = brentq(exists, 2800.0, 3400.0)
+    assert branch.speeds_rad_s.min() == pytest.approx(begins, rel=1e-3)
+    assert branch.speeds_rad_s[branch.is_turning] == pytest.approx([begins], rel=1e-3)
+    # the larger motion is stable, both have about the amplitudes of the two roots
+    beta, d, _ = parts(branch.speeds_rad_s)
+    root = np.sqrt(np.maximum(exists(branch.speeds_rad_s), 0.0))
+    third = np.abs(branch.translation_m[:, 1, 0, 0])
+    large, small = (np.sqrt((d + 0.375 * beta + s * root) / (0.75 * alpha)) for s in (1.0, -1.0))
+    far = branch.speeds_rad_s > 1.02 * begins
+    np.testing.assert_allclose(third[far & branch.is_stable], large[far & branch.is_stable], 0.03)
+    np.testing.assert_allclose(third[far & ~branch.is_stable], small[far & ~branch.is_stable], 0.03)
+    assert branch.is_stable[far].any() and not branch.is_stable[far].all()
+
+
+def test_an_isolated_branch_closes():
+    """A gap just too wide for the main resonance: circles in contact are a closed form."""
+    gap = {"gap_m": 8.8e-6, "stiffness_n_per_m": 1e8}
+    found = sought(Clearance(**gap), jeffcott(), MASS * OFFSET, (600.0, 4000.0), (1,))
+    main, branch = found.branches
+    assert not main.is_closed and main.largest_radius_m.max() < gap["gap_m"]
+    assert branch.is_closed and branch.is_whole and branch.is_turning.sum() == 2
+    omega, r = branch.speeds_rad_s, branch.largest_radius_m[:, 0]
+    contact = gap["stiffness_n_per_m"] * (1.0 - gap["gap_m"] / r)
+    whole = STIFFNESS - MASS * omega**2 + 1j * DAMPING * omega + contact
+    np.testing.assert_allclose(np.abs(whole) * r / (MASS * OFFSET * omega**2), 1.0, rtol=1e-6)
+    # a motion that is lost there falls to the main branch, which is not touched
+    assert {jump.direction for jump in found.jumps} <= {"up", "down"}
+    assert all(jump.after_m[0] < gap["gap_m"] for jump in found.jumps)
+
+
+def test_a_rub_that_repeats_after_two_turns():
+    force = Clearance(center_m=(0.0, 3e-6), gap_m=3e-6, stiffness_n_per_m=2e7)
+    system = jeffcott(damping=200.0)
+    found = sought(force, system, MASS * OFFSET, (1950.0, 2150.0), (2,), tolerance=3e-3)
+    doubled = next(c.speed_rad_s for c in found.changes if c.kind == "period doubling")
+    branch = next(b for b in found.branches if b.period_multiple == 2)
+    assert branch.speeds_rad_s.min() == pytest.approx(doubled, rel=5e-3)
+    at = int(np.argmin(np.abs(branch.speeds_rad_s - 2060.0)))
+    assert branch.is_stable[at]
+    omega, motion = branch.speeds_rad_s[at], branch.translation_m[at, :, 0]
+    order = 0.5 * omega * np.arange(len(motion))
+    start = np.concatenate((motion.sum(axis=0).real, (1j * order[:, None] * motion).sum(0).real))
+
+    def later(turns):
+        rate = disk_rate(force, omega, np.zeros(2), 200.0)
+        span = (0.0, turns * 2 * np.pi / omega)
+        return solve_ivp(rate, span, start, rtol=1e-9, atol=1e-13, method="DOP853").y[:2, -1]
+
+    size = np.abs(motion).max()
+    assert np.abs(later(2) - start[:2]).max() < 5e-3 * size
+    assert np.abs(later(1) - start[:2]).max() > 5e-2 * size
 
 
 # -- flexible shafts -----------------------------------------------------------------------------
@@ -278,7 +368,9 @@ def test_few_shapes_have_the_multipliers_of_all(shaft):
     (branch,) = branches(problem, 150.0, 500.0, 3)
     few = small_motions(problem, 500.0)
     assert few.system.size < 0.5 * shaft.size
-    whole = SmallMotions(system=shaft, motion=problem.motion, forced=problem)
+    whole = SmallMotions(
+        system=shaft, motion=problem.motion, forced=problem, shapes=np.eye(shaft.size)
+    )
     turning = [k for k, p in enumerate(branch.points) if p.is_turning]
     assert len(turning) == 2
     at = branch.points[sum(turning) // 2].point

@@ -11,9 +11,9 @@ from rotors import connect, polynomial_law, rigid_body, turning
 
 from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.assembly.coordinates import interface_row
+from solidwhirl.rotordyn.modes.uncoupled import uncoupled_groups
 from solidwhirl.rotordyn.response.unbalance import Unbalance
 from solidwhirl.rotordyn.run_up.integration import run_up
-from solidwhirl.rotordyn.run_up.modal_basis import independent_coordinates
 from solidwhirl.rotordyn.run_up.speed_profile import SpeedProfile
 
 LAW = polynomial_law((1.0, -2e-3, 1e-5), (0.5, 1e-3), (1.0, -1e-3), top=300.0)
@@ -38,7 +38,7 @@ def test_parts_are_what_no_joint_couples():
     def motions(system):
         """Bodies and components of each part."""
         found = []
-        for at in independent_coordinates(system):
+        for at in uncoupled_groups(system):
             rows = np.flatnonzero(np.abs(system.transformation[:, at]).max(axis=1))
             bodies = {
                 n for n, s in system.body_slices.items() for r in rows if s.start <= r < s.stop
