@@ -122,6 +122,8 @@ def _state_problems(scene: Scene, state: RecoveryStateSpec) -> Iterator[str]:
             yield f"{key}: {unknown(f'analysis of kind {words}', name, list(named))}"
             continue
         found = named[name]
+        if isinstance(found, UnbalanceResponseSpec) and found.speed_rpm is not None:
+            yield f"{key}: {name!r} has speed_rpm; a state is one in which the unbalance turns too"
         if isinstance(found, RunUpSpec):
             end = found.ramp_s + found.hold_s
             late = [t for t in state.time_s or () if t > end]
