@@ -409,8 +409,8 @@ def orbit_peaks(
     `unbalances`: all that turn at one frequency; `node`: interface whose orbit it is;
     `frequencies_rad_s`, `major_m`: sampled, rising ω > 0 and major half axes, shape (s,) each;
     `least_m`: peaks up to this height are rounding and left out, shape (s,) or a number;
-    `spin_rad_s`: as for `unbalance_response`. Without damping peaks have no height: they stay as they were sampled. Raises AnalysisError if the
-    samples do not fit or do not rise.
+    `spin_rad_s`: as for `unbalance_response`. Without damping peaks have no height: they stay as
+    they were sampled. Raises AnalysisError if the samples do not fit or do not rise.
     """
     omega, major = np.asarray(frequencies_rad_s, dtype=float), np.asarray(major_m, dtype=float)
     least = np.broadcast_to(np.asarray(least_m, dtype=float), omega.shape)
