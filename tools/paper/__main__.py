@@ -13,7 +13,7 @@ sys.path.insert(0, str(ROOT / "tools"))
 
 from paper.engine import engine_sections  # noqa: E402
 from paper.rows import Row, agreement_chart, document, table  # noqa: E402
-from paper.runs import PAGE, Run, drawn  # noqa: E402
+from paper.runs import PAGE, PICTURES, Run, drawn  # noqa: E402
 from paper.twin_rotor import twin_sections  # noqa: E402
 from paper.units import unit_sections  # noqa: E402
 
@@ -51,7 +51,11 @@ def main() -> None:
     agreement = drawn([agreement_chart(told)], "agreement.png", "Agreement", "All differences")
     said = f"{len(every)} numbers of the paper are compared."
     first = ["## Agreement", agreement, said, table(every)]
-    PAGE.write_text("\n\n".join([HEAD.rstrip(), *first, *sections]) + "\n", encoding="utf-8")
+    text = "\n\n".join([HEAD.rstrip(), *first, *sections]) + "\n"
+    for picture in PICTURES.iterdir():
+        if f"paper/{picture.name})" not in text:
+            picture.unlink()
+    PAGE.write_text(text, encoding="utf-8")
     DATA.write_text(document(told), encoding="utf-8")
     print(f"written: {PAGE}", file=sys.stderr)
 
