@@ -136,16 +136,21 @@ def _mode_count_sections() -> list[str]:
         *("unit", "paper", "identified unit: pairs below", "its pair of that number"),
         *("second variant: that pair", "worst of its other targets"),
     )
-    verdict = f" {' and '.join(short)} did not get there." if short else " All got there."
+    verdict = " All got there."
+    if short:
+        verdict = (
+            f" {' and '.join(short)} did not get there: the numbers of modes speak against the "
+            "assumed arrangement, or leave out modes that ours counts; which, the paper does not "
+            "say."
+        )
     return [
         markdown(head, rows),
         "**The paper** keeps so many bending modes of each unit, up to a highest frequency. **We** "
         "count every pair of modes with one nodal diameter on the bearings; ours have more in that "
         "range. The second variant is identified once more, with the pair of that number as a "
         "target beside the others, in the same bounds, from the identified unit, by "
-        f"{EVALUATIONS} models at most.{verdict} So the numbers of modes speak against the assumed "
-        "arrangement, or leave out modes that ours counts; which, the paper does not say. All else "
-        "on this page keeps the first variant, which meets what is printed as a result.",
+        f"{EVALUATIONS} models at most.{verdict} All else on this page keeps the first variant, "
+        "which meets what is printed as a result.",
     ]
 
 

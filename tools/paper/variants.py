@@ -19,7 +19,7 @@ from solidwhirl.rotordyn import modes_at_speed
 ROOT = Path(__file__).resolve().parents[2]
 # Units that are sought, steps that bring one back to the targets, and its distance from the
 # identified one in the unit cube of the parameters.
-_UNITS, _STEPS, _AWAY = 6, 3, 0.35
+_UNITS, _STEPS, _AWAY = 4, 3, 0.35
 # Evaluations of a search for what a unit can reach, and what counts as reached.
 EVALUATIONS, _REACHED = 12, 0.05
 # Fixed-interface pairs that are kept for each pair that is asked for.
@@ -117,7 +117,7 @@ def _turning(
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Counted:
-    """Pairs of modes of a unit on its bearings: the frequency of one, how many lie below a limit."""
+    """Pairs of modes of a unit on bearings: the frequency of one, how many are below a limit."""
 
     pair_hz: float
     below: int

@@ -138,10 +138,10 @@ def _first_branches(document: Mapping[str, Any]) -> dict[str, BoolArray]:
     wanted, bodies = document.get("branches", ()), document["bodies"]
     if not wanted:
         return {}
-    moved = np.array([np.nanmean(numbers(b[_ENERGY]), axis=1) for b in bodies.values()])
+    moved = np.array([np.nan_to_num(numbers(b[_ENERGY])).mean(axis=1) for b in bodies.values()])
     found = {}
     for k, (body, count) in enumerate(zip(bodies, wanted, strict=True)):
         own = np.flatnonzero(moved.argmax(axis=0) == k)[:count]
-        share = np.nanmean(numbers(bodies[body]["share"]), axis=2)
+        share = np.nan_to_num(numbers(bodies[body]["share"])).mean(axis=2)
         found[body] = (share >= _MAIN) & np.isin(np.arange(share.shape[1]), own)
     return found
