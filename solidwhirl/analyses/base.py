@@ -396,7 +396,7 @@ def over_speed_of_force(chart: Chart, speed_rpm: float | None) -> Chart:
     """Return a chart over the speed, which is that of the force alone if the spin is given."""
     if speed_rpm is None:
         return chart
-    label = f"speed of the force; the shaft is at {speed_rpm:g} rpm:"
+    label = f"speed of the force (reference shaft at {speed_rpm:g} rpm)"
     return replace(chart, x=replace(chart.x, label=label))
 
 
