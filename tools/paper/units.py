@@ -416,8 +416,8 @@ def _frequency_sections(lp: Any, rows: Sequence[Row]) -> list[str]:
         "eight printed numbers leave free, meet all of them to their tolerances and differ "
         f"by {words([min(u.away for u in units[1:]), max(u.away for u in units)], '.2f')} of the "
         "range of a parameter at least and at most. The table has the spread of their modes "
-        "at speed: within the assumed arrangement these are largely determined, so that other "
-        "values in it do not explain the printed ones. "
+        "at speed: within the assumed arrangement these move little, so that other values in it "
+        "hardly explain the printed ones. "
         f"{_unexplained(units)}",
         "Are the last two columns swapped? In all rows the value printed as damped is the larger "
         "one, as f = f0 √(1 − D²) demands if f0 were the undamped one. The implied D are then "
@@ -551,8 +551,10 @@ def _waterfall_sections(lp: Any) -> list[str]:
     end, size = End(body=place, interface=node), asked["ground_amplitude_m"]
     seen = _seen_by_rotor(system, end, hertz, size, rpm)
     printed = [(f, speed, 0.0) for speed, f in SOURCE["figure_16"]["peaks"]]
+    flat = ground_chart(hertz, rpm, seen, printed)
     chart = replace(
-        ground_chart(hertz, rpm, seen, printed),
+        flat,
+        x=replace(flat.x, label="frequency that the rotor sees"),
         title="in the rotating frame; rings: the paper's peaks",
     )
     diagram, rows = lp.document["campbell"], []
