@@ -29,7 +29,12 @@ from solidwhirl.rotordyn.estimates.eigenvalue_errors import (
 )
 from solidwhirl.rotordyn.modes.left_vectors import dynamic_stiffness
 from solidwhirl.rotordyn.modes.nearby import balance_of
-from solidwhirl.rotordyn.response.unbalance import Unbalance, frequency_ratio, unbalance_loads
+from solidwhirl.rotordyn.response.unbalance import (
+    Unbalance,
+    frequency_ratio,
+    spins_at,
+    unbalance_loads,
+)
 from solidwhirl.rotordyn.response.unbalance_peaks import SUMMIT, ResonancePeak, summit
 from solidwhirl.rotordyn.superelement.residual_energy import form_products, form_weight
 
@@ -109,18 +114,19 @@ def unbalance_peak_errors(
     unbalances: Sequence[Unbalance],
     node: End,
     peaks: Sequence[ResonancePeak],
+    spin_rad_s: float | None = None,
 ) -> PeakErrors:
     """Estimate the errors of speed and height of the peaks of an unbalance response.
 
     `unbalances`: all that turn at one frequency, as in an `ExciterResponse`; `peaks`: of the major
-    half axis of the orbit of `node` over the speed Ω. Raises AnalysisError if the unbalances turn
-    at different frequencies, or there is none, AssemblyError if the node does not exist or lacks ux
-    or uy.
+    half axis of the orbit of `node` over the speed Ω; `spin_rad_s`: as for `unbalance_response`.
+    Raises AnalysisError if the unbalances turn at different frequencies, or there is none,
+    AssemblyError if the node does not exist or lacks ux or uy.
 
     With z of Dᵀz = l, l the gradient of the amplitude, the pole moves by
     zᵀ(E − Ω²ΔK2)u / (zᵀ(dD/dΩ)u), dD/dΩ along ω = αΩ, and the summit changes by Re zᵀ(E − Ω²ΔK2)u.
     """
-    return _over_speed(assembled, unbalances, _circles(assembled, node), peaks)
+    return _over_speed(assembled, unbalances, _circles(assembled, node), peaks, spin_rad_s)
 
 
 def probe_peak_errors(
@@ -179,13 +185,18 @@ def _over_speed(
     unbalances: Sequence[Unbalance],
     rows: ComplexArray,
     peaks: Sequence[ResonancePeak],
+    spin_rad_s: float | None = None,
 ) -> PeakErrors:
     """Errors of peaks of Σ |row u| over the speed, rows (r, n)."""
-    return _peak_errors(assembled, _unbalance_sweep(assembled, unbalances, rows), peaks)
+    sweep = _unbalance_sweep(assembled, unbalances, rows, spin_rad_s)
+    return _peak_errors(assembled, sweep, peaks)
 
 
 def _unbalance_sweep(
-    assembled: AssembledSystem, unbalances: Sequence[Unbalance], rows: ComplexArray
+    assembled: AssembledSystem,
+    unbalances: Sequence[Unbalance],
+    rows: ComplexArray,
+    spin_rad_s: float | None = None,
 ) -> _Sweep:
     """The sweep of an unbalance response over the speed."""
     ratios = [frequency_ratio(assembled, unbalance) for unbalance in unbalances]
@@ -205,6 +216,16 @@ def _unbalance_sweep(
 
         return _Point(speed, omega, omega**2 * pattern, slope)
 
+    def at_spin(speed: float) -> _Point:
+        omega, spin = ratio * speed, float(spins_at(np.array([speed]), spin_rad_s)[0])
+
+        def slope(matrices: SpeedMatrices) -> ComplexArray:
+            return 1j * ratio * _rate_derivative(matrices, 1j * omega)
+
+        return _Point(spin, omega, omega**2 * pattern, slope)
+
+    if spin_rad_s is not None:
+        return _Sweep(at_spin, rows, ())
     return _Sweep(at, rows, tuple(assembled.knots_rad_s))
 
 

@@ -37,6 +37,8 @@ class FrameCurves:
     signed_hz: FloatArray
     #: Circumferential orders, shape (c,)
     orders: Sequence[int]
+    #: Components of branches that are drawn at first, shape (c, b); None for all
+    first: BoolArray | None = None
 
 
 def is_drawn(share: FloatArray, body_share: FloatArray) -> BoolArray:
@@ -49,16 +51,17 @@ def frame_chart(frames: Sequence[FrameCurves]) -> charts.Chart:
     """Return the frequencies that turning bodies see over their own speeds, a body at a time."""
     options = []
     for frame in frames:
-        top = 1.05 * float(np.nanmax(np.abs(frame.signed_hz), initial=0.0)) or 1.0
+        shown = frame.signed_hz if frame.first is None else frame.signed_hz[frame.first]
+        top = 1.05 * float(np.nanmax(np.abs(shown), initial=0.0)) or 1.0
         last = float(frame.rpm.max(initial=1.0)) or 1.0
         end = min(last, 60.0 * top)
         line = np.array([0.0, end])
         look = replace(charts.series_look(6), dash="dot", mark="", width=1.0)
-        rest = charts.Curve(x=line, y=line / 60.0, name="a force at rest", look=look)
+        still = charts.Curve(x=line, y=line / 60.0, name="a force at rest", look=look)
         options.append(
             charts.Option(
                 label=frame.name,
-                marks=[*frame_curves(frame), rest],
+                marks=[*frame_curves(frame), still],
                 x=charts.speed_axis(0.0, last, "speed of the body"),
                 y=charts.Axis(
                     label="frequency in the frame of the body", unit="Hz", low=0.0, high=top
@@ -80,7 +83,10 @@ def frame_chart(frames: Sequence[FrameCurves]) -> charts.Chart:
 
 
 def frame_curves(frame: FrameCurves) -> list[charts.Curve]:
-    """Return the drawn components, those with the spin before those against it."""
+    """Return the drawn components, those with the spin before those against it.
+
+    What is not drawn at first waits in the legend.
+    """
     curves = []
     for side, text, whirl in (
         (1.0, "turns with the spin", "forward"),
@@ -93,8 +99,13 @@ def frame_curves(frame: FrameCurves) -> list[charts.Curve]:
                 continue
             shown = np.where(side * y >= 0.0, np.abs(y), np.nan)
             words = [f"branch {b + 1}, order {frame.orders[c]:+d}"] * x.size
-            curves.append(charts.Curve(x=x, y=shown, name=text, look=look, texts=words))
-    return curves
+            quiet = frame.first is not None and not frame.first[c, b]
+            faint = charts.Look("@faint", look.dash, width=0.8)
+            name, own = (f"others: {text}", faint) if quiet else (text, look)
+            curves.append(
+                charts.Curve(x=x, y=shown, name=name, look=own, texts=words, is_quiet=quiet)
+            )
+    return sorted(curves, key=lambda curve: not curve.is_quiet)
 
 
 def mode_names(shapes: ModeShapes) -> list[str]:

@@ -96,11 +96,12 @@ def place_map(
     places: Sequence[End],
     moment_kg_m: float,
     speeds_rad_s: npt.ArrayLike,
+    spin_rad_s: float | None = None,
 ) -> PlaceMap:
-    """Compute the synchronous response to one unbalance at each of some places in turn.
+    """Compute the response to one unbalance at each of some places in turn.
 
     `places`: interfaces with ux and uy on bodies that turn; each excites at its body's frequency
-    and in its sense. `speeds_rad_s`: Ω ≥ 0 of the reference shaft, shape (s,). The result is as in
+    and in its sense. `speeds_rad_s`, `spin_rad_s`: as for `unbalance_response`. The result is as in
     Müller and Hennings, figures 14 and 15. Raises AnalysisError if a place or number has no
     meaning, or a speed lies at an undamped resonance.
     """
@@ -118,7 +119,8 @@ def place_map(
         group = np.flatnonzero(ratios == ratio)
         patterns = [exciters.unbalance_loads(assembled, [unbalances[i]]) for i in group]
         loads = ((ratio * speeds) ** 2)[:, None, None] * np.stack(patterns, axis=1)
-        solved = harmonic.harmonic_response(assembled, speeds, ratio * speeds, loads)
+        spins = exciters.spins_at(speeds, spin_rad_s)
+        solved = harmonic.harmonic_response(assembled, spins, ratio * speeds, loads)
         for column, place in enumerate(group):
             motion = solved.displacement[:, :, column]
             result[place] = harmonic.node_amplitudes(

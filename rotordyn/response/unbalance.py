@@ -18,6 +18,7 @@ from solidwhirl.rotordyn.core.reprs import lines_of, row, speed_range
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.critical_speeds.search import critical_speeds
 from solidwhirl.rotordyn.critical_speeds.undamped import undamped_places
+from solidwhirl.rotordyn.modes.eigen import modes_at_speed
 from solidwhirl.rotordyn.response import harmonic_response as harmonic
 from solidwhirl.rotordyn.response import resonance_samples as samples
 from solidwhirl.rotordyn.response import unbalance_peaks
@@ -142,31 +143,50 @@ class UnbalanceResponse(ReadOnlyArrays):
 
 
 def unbalance_response(
-    assembled: AssembledSystem, unbalances: Sequence[Unbalance], speeds_rad_s: npt.ArrayLike
+    assembled: AssembledSystem,
+    unbalances: Sequence[Unbalance],
+    speeds_rad_s: npt.ArrayLike,
+    spin_rad_s: float | None = None,
 ) -> UnbalanceResponse:
     """Compute the steady response to unbalance over a range of speeds.
 
     `unbalances`: one or more, on bodies that turn; `speeds_rad_s`: Ω ≥ 0 of the reference shaft,
     rad/s, shape (s,). A body at speed ratio r is excited by u (rΩ)², u the moment, at the
     frequency |r| Ω. The force turns with the body, so one that runs against the reference shaft
-    excites backward whirl of the system. Raises AnalysisError if an unbalance or a speed has no
-    meaning, or a speed lies at an undamped resonance.
+    excites backward whirl of the system. `spin_rad_s`: speed of the reference shaft for gyroscopic
+    terms, spin stress and bearings, while the force turns at `speeds_rad_s`; None: the same. Raises
+    AnalysisError if an unbalance or a speed has no meaning, or a speed lies at an undamped
+    resonance.
     """
     speeds = harmonic.non_negative("speeds_rad_s", speeds_rad_s)
     exciters = _grouped(assembled, unbalances)
     return UnbalanceResponse(
         unbalances=tuple(unbalances),
         speeds_rad_s=speeds,
-        exciters=tuple(_exciter(assembled, group, ratio, speeds) for ratio, group in exciters),
+        exciters=tuple(
+            _exciter(assembled, group, ratio, speeds, spin_rad_s) for ratio, group in exciters
+        ),
     )
 
 
+def spins_at(speeds_rad_s: FloatArray, spin_rad_s: float | None) -> FloatArray:
+    """Return Ω of the reference shaft while a force turns at some speeds: these, or one for all."""
+    if spin_rad_s is None:
+        return speeds_rad_s
+    if not (np.isfinite(spin_rad_s) and spin_rad_s >= 0):
+        raise AnalysisError(f"spin_rad_s is {spin_rad_s}; finite and 0 or more is allowed")
+    return np.full(speeds_rad_s.shape, float(spin_rad_s))
+
+
 def resolving_speeds(
-    assembled: AssembledSystem, unbalances: Sequence[Unbalance], speeds_rad_s: npt.ArrayLike
+    assembled: AssembledSystem,
+    unbalances: Sequence[Unbalance],
+    speeds_rad_s: npt.ArrayLike,
+    spin_rad_s: float | None = None,
 ) -> FloatArray:
     """Return speeds at which the response to unbalance shows every resonance, however sharp.
 
-    `assembled`, `unbalances`, `speeds_rad_s`: as for `unbalance_response`; the speeds rise.
+    All arguments are as for `unbalance_response`; the speeds rise.
     Returns the speeds and further ones around resonances between them, rising, rad/s. Peaks then
     have their height to 1e-4; without damping they have none, and only their place shows. Raises
     AnalysisError as `unbalance_response`.
@@ -182,7 +202,8 @@ def resolving_speeds(
             points: FloatArray, ratio: float = ratio, pattern: ComplexArray = pattern
         ) -> ComplexArray:
             load = pattern[None, :, None]
-            motion = harmonic.node_response(assembled, nodes, points, ratio * points, load)
+            spins = spins_at(points, spin_rad_s)
+            motion = harmonic.node_response(assembled, nodes, spins, ratio * points, load)
             return np.nan_to_num(motion).reshape(points.size, -1)
 
         def respond_beside_ends(
@@ -192,8 +213,12 @@ def resolving_speeds(
             return respond(np.concatenate((ends, points)))[ends.size :]
 
         top = float(speeds.max(initial=0.0))
-        pieces = response_pieces(assembled, ratio, top)
-        around = samples.samples_around_modes(speeds, _critical_roots(assembled, ratio, top))
+        pieces = response_pieces(assembled, ratio, top, spin_rad_s)
+        if spin_rad_s is None:
+            roots = _critical_roots(assembled, ratio, top)
+        else:
+            roots = modes_at_speed(assembled, spin_rad_s).eigenvalues / ratio
+        around = samples.samples_around_modes(speeds, roots)
         more = np.union1d(samples.resolving_samples(speeds, respond, pieces), around)
         more = samples.computable_samples(np.setdiff1d(more, speeds), respond_beside_ends)
         for found in (more, _place_beside_rest(speeds, respond)):
@@ -234,14 +259,20 @@ def _critical_roots(assembled: AssembledSystem, ratio: float, top: float) -> Com
     return np.array(roots, dtype=complex)
 
 
-def response_pieces(assembled: AssembledSystem, ratio: float, speed_max_rad_s: float) -> Pieces:
-    """Return where a synchronous response is no longer smooth over Ω, and where it may resonate.
+def response_pieces(
+    assembled: AssembledSystem,
+    ratio: float,
+    speed_max_rad_s: float,
+    spin_rad_s: float | None = None,
+) -> Pieces:
+    """Return where a response to unbalance is no longer smooth over Ω, and where it may resonate.
 
-    `ratio`: frequency over Ω, not 0; `speed_max_rad_s`: largest Ω looked at. Returns knots of the
-    speed laws and critical speeds without damping; neither where no bearing depends on the speed,
-    as the response is one rational function then.
+    `ratio`: frequency over Ω, not 0; `speed_max_rad_s`: largest Ω looked at; `spin_rad_s`: as for
+    `unbalance_response`. Returns knots of the speed laws and critical speeds without damping;
+    neither where no bearing depends on the speed, or all is at one spin, as the response is one
+    rational function then.
     """
-    if assembled.has_constant_bearings or speed_max_rad_s == 0:
+    if assembled.has_constant_bearings or speed_max_rad_s == 0 or spin_rad_s is not None:
         return SMOOTH
     assembled = at_whirl_ratio(assembled, ratio)
     try:
@@ -320,19 +351,29 @@ def _patterns(
 
 
 def _exciter(
-    assembled: AssembledSystem, unbalances: Sequence[Unbalance], ratio: float, speeds: FloatArray
+    assembled: AssembledSystem,
+    unbalances: Sequence[Unbalance],
+    ratio: float,
+    speeds: FloatArray,
+    spin_rad_s: float | None,
 ) -> ExciterResponse:
     """Return the response to unbalances of one frequency."""
-    assembled = at_whirl_ratio(assembled, ratio)
+    if spin_rad_s is None:
+        assembled = at_whirl_ratio(assembled, ratio)
+    elif assembled.depends_on_frequency:
+        raise AnalysisError(
+            "bearings whose force depends on the frequency are not computed at a spin other than "
+            "that of the unbalance"
+        )
     patterns = _patterns(assembled, unbalances)
-    omega = ratio * speeds
+    omega, spins = ratio * speeds, spins_at(speeds, spin_rad_s)
     square = (omega**2)[:, None]
     loads = square * harmonic.independent_loads(assembled, patterns)
-    solved = harmonic.harmonic_response(assembled, speeds, omega, loads[:, :, None])
+    solved = harmonic.harmonic_response(assembled, spins, omega, loads[:, :, None])
     motion = solved.displacement[:, :, 0]
     forces = joint_forces(
         assembled,
-        speeds,
+        spins,
         motion,
         1j * omega[:, None] * motion,
         -square * motion,
@@ -361,18 +402,25 @@ def orbit_peaks(
     frequencies_rad_s: npt.ArrayLike,
     major_m: npt.ArrayLike,
     least_m: npt.ArrayLike = 0.0,
+    spin_rad_s: float | None = None,
 ) -> tuple[unbalance_peaks.ResonancePeak, ...]:
     """Find the peaks of an orbit over the frequency, each where the response is highest.
 
     `unbalances`: all that turn at one frequency; `node`: interface whose orbit it is;
     `frequencies_rad_s`, `major_m`: sampled, rising ω > 0 and major half axes, shape (s,) each;
-    `least_m`: peaks up to this height are rounding and left out, shape (s,) or a number. Without
-    damping peaks have no height: they stay as they were sampled. Raises AnalysisError if the
-    samples do not fit or do not rise.
+    `least_m`: peaks up to this height are rounding and left out, shape (s,) or a number;
+    `spin_rad_s`: as for `unbalance_response`. Without damping peaks have no height: they stay as
+    they were sampled. Raises AnalysisError if the samples do not fit or do not rise.
     """
     omega, major = np.asarray(frequencies_rad_s, dtype=float), np.asarray(major_m, dtype=float)
     least = np.broadcast_to(np.asarray(least_m, dtype=float), omega.shape)
-    height = _height(assembled, unbalances, node, lambda x, y: float(elliptic_orbits(x, y).major_m))
+    height = _height(
+        assembled,
+        unbalances,
+        node,
+        lambda x, y: float(elliptic_orbits(x, y).major_m),
+        spin_rad_s,
+    )
     return _refined(assembled, unbalances, omega, major, least, height)
 
 
@@ -401,6 +449,7 @@ def _height(
     unbalances: Sequence[Unbalance],
     node: End,
     size: Callable[[complex, complex], float],
+    spin_rad_s: float | None = None,
 ) -> Callable[[float], float]:
     """Return the size of the motion of a node as a function of the frequency."""
     ratio = frequency_ratio(assembled, unbalances[0])
@@ -408,7 +457,8 @@ def _height(
 
     def height(at: float) -> float:
         load = (at**2 * pattern)[None, :, None]
-        x, y = harmonic.node_response(assembled, [node], [at / ratio], [at], load)[0, 0]
+        spin = spins_at(np.array([at / ratio]), spin_rad_s)
+        x, y = harmonic.node_response(assembled, [node], spin, [at], load)[0, 0]
         return size(x, y)
 
     return height

@@ -398,6 +398,19 @@ def synchronous_speed(
     yield 60.0 * frequency_max_hz / ratio(body), said
 
 
+def spin_of(speed_rpm: float | None) -> float | None:
+    """Return the spin of the reference shaft, rad/s; None: that of the unbalance."""
+    return None if speed_rpm is None else speed_rpm * RAD_S_PER_RPM
+
+
+def over_speed_of_force(chart: Chart, speed_rpm: float | None) -> Chart:
+    """Return a chart over the speed, which is that of the force alone if the spin is given."""
+    if speed_rpm is None:
+        return chart
+    label = f"speed of the force (reference shaft at {speed_rpm:g} rpm)"
+    return replace(chart, x=replace(chart.x, label=label))
+
+
 def equal_steps(frequency_max_hz: float, count: int) -> FloatArray:
     """Return angular frequencies in equal steps up to the highest, without zero."""
     steps = np.arange(1, count + 1) / count

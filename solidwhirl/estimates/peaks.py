@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
-from solidwhirl.analyses.base import Analysis
+from solidwhirl.analyses.base import Analysis, spin_of
 from solidwhirl.analyses.kinds.place_map import PlaceMapSpec
 from solidwhirl.analyses.kinds.unbalance_response import UnbalanceResponseSpec
 from solidwhirl.analyses.unbalances import end_of, turning_at, unbalance_at, unbalance_of
@@ -29,6 +29,8 @@ from solidwhirl.rotordyn.response.unbalance import (
 from solidwhirl.rotordyn.response.unbalance_peaks import ResonancePeak
 from solidwhirl.rotordyn.superelement.residual_energy import NOT_SUMMED
 
+# Speeds of the force, and the spin of the reference shaft where it is another, rad/s.
+_Swept: TypeAlias = tuple[FloatArray, float | None]
 # Peaks of two models further apart than this (relative) are not the same.
 _FARTHEST = 0.1
 # A sample is a peak's own if it is nearer than this (relative).
@@ -48,7 +50,7 @@ def with_peak_estimates(
     if not isinstance(spec, UnbalanceResponseSpec | PlaceMapSpec):
         return outcome
     speeds = np.asarray(outcome.document["speed_rpm"]) * RAD_S_PER_RPM
-    estimated = partial(_estimated, system, comparisons, speeds)
+    estimated = partial(_estimated, system, comparisons, (speeds, spin_of(spec.speed_rpm)))
     if isinstance(spec, UnbalanceResponseSpec):
         placed = [unbalance_of(u) for u in spec.unbalances]
         exciters = []
@@ -68,7 +70,7 @@ def with_peak_estimates(
 def _estimated(
     system: AssembledSystem,
     comparisons: tuple[Comparison, ...],
-    speeds_rad_s: FloatArray,
+    swept: _Swept,
     unbalances: Sequence[Unbalance],
     node: End,
     found: Sequence[Mapping[str, Any]],
@@ -76,15 +78,15 @@ def _estimated(
     """Peaks of one place with relative errors of their frequency and height."""
     if not found:
         return []
-    peaks = [_as_peak(p, speeds_rad_s) for p in found]
-    errors = unbalance_peak_errors(system, unbalances, node, peaks)
+    peaks = [_as_peak(p, swept[0]) for p in found]
+    errors = unbalance_peak_errors(system, unbalances, node, peaks, swept[1])
     position, height = dict(errors.position), dict(errors.height)
     ratio = frequency_ratio(system, unbalances[0])
     for pair in comparisons:
-        second = _peaks_of(pair.second, unbalances, node, speeds_rad_s, ratio)
+        second = _peaks_of(pair.second, unbalances, node, swept, ratio)
         first = list(peaks)
         if pair.first is not None:
-            first = _peaks_of(pair.first, unbalances, node, speeds_rad_s, ratio)
+            first = _peaks_of(pair.first, unbalances, node, swept, ratio)
         for parts, values in zip((position, height), _apart(peaks, first, second), strict=True):
             parts[pair.part] = parts.get(pair.part, 0.0) + pair.safety * values
     out = []
@@ -137,7 +139,7 @@ def _peaks_of(
     system: AssembledSystem,
     unbalances: Sequence[Unbalance],
     node: End,
-    speeds_rad_s: FloatArray,
+    swept: _Swept,
     ratio: float,
 ) -> list[ResonancePeak]:
     """Peaks over the speed of another model at a place."""
@@ -146,8 +148,8 @@ def _peaks_of(
     used = {(u.body, u.interface) for u in unbalances} | {(node.body, node.interface)}
     if not used <= known:  # models of joints alone have no other interfaces
         return []
-    speeds = resolving_speeds(system, unbalances, speeds_rad_s)
-    response = unbalance_response(system, unbalances, speeds)
+    speeds = resolving_speeds(system, unbalances, *swept)
+    response = unbalance_response(system, unbalances, speeds, swept[1])
     exciter = response.exciters[0]
     at = exciter.nodes.index(node)
     moving = exciter.frequencies_rad_s > 0.0
@@ -157,6 +159,7 @@ def _peaks_of(
         node,
         exciter.frequencies_rad_s[moving],
         exciter.orbits().major_m[moving, at],
+        spin_rad_s=swept[1],
     )
     return [replace(p, position_rad_s=p.position_rad_s / ratio) for p in found]
 

@@ -157,7 +157,7 @@ class Model:
         """Quantities, or why there is no model."""
         try:
             data = self.problem.scene_at(values)
-            data = _lean(data) if kind == "whole" else data
+            data = lean_scene(data) if kind == "whole" else data
             found = _masses(self.problem, data)
             if self.problem.needs_model:
                 _fill_frequencies(self.problem, data, accuracy, found)
@@ -188,7 +188,7 @@ def _fill_frequencies(
 
     targets = problem.spec.targets
     asked = sorted({t.speed_rpm for t in targets if not is_mass_target(t)})
-    results = run_scene(_model_scene(problem, data, accuracy, asked))
+    results = run_scene(model_scene(problem, data, accuracy, asked))
     assert results is not None
     for speed in asked:
         frequencies = modes_at_speed(results.system, speed * np.pi / 30.0).frequency_hz
@@ -202,7 +202,7 @@ def _fill_frequencies(
             found[k] = frequencies[t.mode - 1]
 
 
-def _model_scene(
+def model_scene(
     problem: Problem, data: Mapping[str, Any], accuracy: float, speeds_rpm: list[float]
 ) -> Scene:
     """The scene at these speeds without its analyses.
@@ -216,7 +216,7 @@ def _model_scene(
     return parse_scene(data, problem.path, folder=problem.folder)
 
 
-def _lean(data: Mapping[str, Any]) -> dict[str, Any]:
+def lean_scene(data: Mapping[str, Any]) -> dict[str, Any]:
     """The scene without interfaces that nothing uses: they add no stiffness, but cost time."""
     joints = [*data.get("bearings", []), *data.get("gears", [])]
     used = {joint.get(end) for joint in joints for end in ("first", "second")}

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from solidwhirl.core.outcome import Drawing, Write, is_picture
+from solidwhirl.drawing.bodies import silhouettes_of
 from solidwhirl.drawing.modes import pictured_modes
 from solidwhirl.files.picture_index import Picture
 from solidwhirl.output.documents import diagrams_of
@@ -43,7 +44,7 @@ def pictures_of(
             name="engine",
             kind="plot",
             caption="The engine to scale: bodies, rigid disks, bearings, gears and node names.",
-            draw=lambda path: draw_engine(results, path, title),
+            draw=lambda path: draw_engine(results.scene, silhouettes_of(results), path, title),
         ),
         *_meshes(results, title),
         *_campbell(results),

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from textwrap import fill, wrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from solidwhirl.drawing.bodies import silhouettes_of
+from solidwhirl.drawing.bodies import Silhouette
 from solidwhirl.drawing.engine import engine_caption, engine_drawing, joint_labels, node_labels
 from solidwhirl.drawing.shapes import SIZE, Circle, Group, Line, Polygon, Shape, Style, Words
-from solidwhirl.pipeline.run import Results
 from solidwhirl.rotordyn.plots import frame
+from solidwhirl.scene.records import Scene
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,14 +29,15 @@ _LETTERS = 125
 
 
 @frame.styled
-def draw_engine(results: Results, path: Path, title: str) -> None:
-    """Draw the engine of a run to scale; the suffix chooses the kind of file (.png, .svg, .pdf).
+def draw_engine(scene: Scene, bodies: Sequence[Silhouette], path: Path, title: str) -> None:
+    """Draw the engine of a scene to scale; the suffix chooses the kind of file (.png, .svg, .pdf).
+
+    `bodies`: what is seen of each, as of `silhouettes_of` of a run.
 
     Bodies with a shape are cut along the axis; those without one, such as a rigid casing, are a bar
     around them. Rigid disks are shown as the uniform thin disk with their polar inertia,
     √(2 Ip / m). Node names stand above, bearings and gears below.
     """
-    scene, bodies = results.scene, silhouettes_of(results)
     size, above = (frame.TWO_COLUMNS_MM / _MM, _TALLEST_MM / _MM), node_labels(bodies)
     drawing = engine_drawing(scene, bodies, size, above, joint_labels(scene, bodies))
     letters = int(_LETTERS * drawing.width * _MM / frame.TWO_COLUMNS_MM)

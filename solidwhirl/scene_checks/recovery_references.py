@@ -125,6 +125,8 @@ def _state_problems(scene: Scene, state: RecoveryStateSpec) -> Iterator[str]:
             yield f"{key}: {unknown(f'analysis of kind {kind}', name, list(named))}"
             continue
         found = named[name]
+        if found.kind == "unbalance_response" and found.speed_rpm is not None:
+            yield f"{key}: {name!r} has speed_rpm; a state is one in which the unbalance turns too"
         if found.kind == "run_up":
             end = found.ramp_s + found.hold_s
             late = [t for t in state.time_s or () if t > end]

@@ -90,8 +90,9 @@ def _speeds_asked(scene: Scene) -> Iterator[SpeedAsked]:
 
 def _given(analysis: AnalysisSpec) -> Iterator[tuple[str, tuple[float, ...]]]:
     """Keys that give speeds of the reference shaft."""
-    for key in ("to_rpm", "speed_rpm"):
-        yield key, (getattr(analysis, key, None) or 0.0,)
+    spin = getattr(analysis, "speed_rpm", None)
+    key = "to_rpm" if spin is None else "speed_rpm"
+    yield key, (getattr(analysis, key, None) or 0.0,)
     for key in ("speeds_rpm", "orbits_at_rpm"):
         yield key, tuple(getattr(analysis, key, ()))
 

@@ -35,24 +35,24 @@ _WITHOUT_BANDS = (
 class SavedRun:
     """The folder of a run; numbers go into a new scene file beside the one who started this.
 
-    `data`: content of its scene.
+    `data`: content of its scene; `reduced`: its bodies, on its supports.
     """
 
     writes_new_file = True
 
     def __init__(self, folder: Path, data: Mapping[str, Any], reduced: ReducedScene) -> None:
         self.path = folder
-        self._data, self._reduced = data, reduced
+        self._data, self.reduced = data, reduced
 
     def start(self, session: Session) -> None:
         """Show the run in a session."""
-        levels = dict.fromkeys(e.level for e in self._reduced.reduced.elements.values())
+        levels = dict.fromkeys(e.level for e in self.reduced.reduced.elements.values())
         session.show(
             Shown(
-                reduced=self._reduced,
+                reduced=self.reduced,
                 data=self._data,
                 level=f"{', '.join(levels)}, from files",
-                remarks=remarks_on(self._reduced, _WITHOUT_BANDS),
+                remarks=remarks_on(self.reduced, _WITHOUT_BANDS),
             )
         )
 

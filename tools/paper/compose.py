@@ -20,8 +20,9 @@ from solidwhirl.scene_reading.reader import read_scene
 
 SCENES = Path(__file__).resolve().parents[2] / "scenes"
 UNITS = {"fan": "uhbr_fan", "lp": "uhbr_lp", "hp": "uhbr_hp"}
-# Table 4 of the source: mass [kg], centre of gravity [m], polar and diametral inertia [kg m²].
-TOTAL = (2021.42, 1.174, 1017.71, 1424.2)
+SOURCE = tomllib.loads(Path(__file__).with_name("source.toml").read_text(encoding="utf-8"))
+# Of the whole engine: mass [kg], centre of gravity [m], polar and diametral inertia [kg m²].
+TOTAL = SOURCE["table_4"]["engine"]
 BEARINGS = {"A": "fan", "B": "fan", "C": "lp", "D": "lp", "E": "hp", "F": "hp"}
 # Nodes that joints, unbalances and results need; each costs two coordinates.
 KEPT = {"fan": ("n4", "n8"), "lp": ("n9", "n13", "n16"), "hp": ("n5",)}
@@ -79,6 +80,7 @@ rigid = ["ux", "uy", "uz", "rx", "ry", "rz"]
 [[analyses]]
 kind = "rotating_campbell"
 bodies = ["lp", "hp", "fan"]
+branches = [5, 2, 2]  # as in figure 11
 
 [[analyses]]
 kind = "bearing_laws"
@@ -123,6 +125,18 @@ unbalances = [
 ]
 drives = ["lp.n13"]
 observe = ["lp.n9"]
+mount = "mount"
+
+# Figure 17 b: nothing but the torque that speeds the engine up.
+[[analyses]]
+kind = "run_up"
+name = "start_up"
+ramp_s = 20
+hold_s = 10
+to_rpm = 13690
+sampling_hz = 2000
+record_hz = 2000
+drives = ["lp.n13"]
 mount = "mount"
 
 # Section 5.8: which units have to be flexible.
@@ -193,7 +207,7 @@ def main() -> None:
                     at if at is not None else (interface.start_m + interface.end_m) / 2
                 )
         start = text.index(f"[bodies.{body}]")
-        end = re.search(r"^\[\[(bearings|analyses)\]\]", text[start:], flags=re.M)
+        end = re.search(r"^(#.*\n)*\[\[(bearings|analyses)\]\]", text[start:], flags=re.M)
         block = text[start : start + end.start() if end else None].rstrip()
         block = _without_unused_nodes(block, KEPT[body])
         block = _with_joined_blades(block, scene.bodies[body])
@@ -203,16 +217,16 @@ def main() -> None:
         bodies.append(block.replace(f"[bodies.{body}]", header, 1))
         for found in re.finditer(r"^\[materials\.(\w+)\]\n(?:.+\n)+", text, flags=re.M):
             materials[found.group(1)] = found.group(0).rstrip()
-    stiffness = {"fan": (8.54e7, 3000.0), "lp": (4.53e7, 1000.0), "hp": (5.54e7, 1000.0)}
+    printed = SOURCE["table_5"]
     joints = [
         f'[[bearings]]\nname = "{name}"\nfirst = "{body}.{name}"\nsecond = "casing.{name}"\n'
-        f"stiffness_n_per_m = {stiffness[body][0]:.3g}\ndamping_n_s_per_m = {stiffness[body][1]:.4g}\n"
+        f"stiffness_n_per_m = {printed[body][0]:.3g}\ndamping_n_s_per_m = {printed[body][2]:.4g}\n"
         'speed_law = "lee"'
         for name, body in BEARINGS.items()
     ]
-    printed = "\n".join(["references = [", *references, "]"])
+    listed = "\n".join(["references = [", *references, "]"])
     parts = [
-        HEAD.rstrip().replace("REFERENCES", printed),
+        HEAD.rstrip().replace("REFERENCES", listed),
         *materials.values(),
         *bodies,
         _casing(units, places),

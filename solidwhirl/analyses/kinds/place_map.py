@@ -20,7 +20,7 @@ from solidwhirl.analyses.unbalances import (
 )
 from solidwhirl.analyses.work import EngineSize, Work
 from solidwhirl.core.blocks import AnalysisBlock, Table, numbers
-from solidwhirl.core.fields import Count, Place, Positive
+from solidwhirl.core.fields import Count, NotNegative, Place, Positive
 from solidwhirl.core.outcome import Outcome
 from solidwhirl.core.plain_data import Labels
 from solidwhirl.rotordyn import AssembledSystem
@@ -47,11 +47,14 @@ class PlaceMapSpec(base.Frequencies):
     places: base.Places
     moment_kg_m: Positive
     observe: Place | None = None
+    speed_rpm: NotNegative | None = None
 
     def shaft_speeds(
         self, operating: Sequence[base.OperatingSpec], ratio: Callable[[str], float], where: str
     ) -> Iterator[tuple[float, str]]:
-        """Yield the speed of the highest frequency."""
+        """Yield the speed of the highest frequency, where the unbalance turns at each of them."""
+        if self.speed_rpm is not None:
+            return
         yield from base.synchronous_speed(self.places[0], self.frequency_max_hz, ratio, where)
 
     def work(self, size: EngineSize) -> Work:
@@ -64,9 +67,9 @@ class PlaceMapSpec(base.Frequencies):
         places = [end_of(place) for place in self.places]
         unbalances = [unbalance_at(place, self.moment_kg_m) for place in self.places]
         ratio = frequency_ratio(engine.system, unbalances[0])
-        found = place_map(
-            engine.system, places, self.moment_kg_m, _map_speeds(self, engine.system, ratio)
-        )
+        spin = base.spin_of(self.speed_rpm)
+        speeds = _map_speeds(self, engine.system, ratio)
+        found = place_map(engine.system, places, self.moment_kg_m, speeds, spin)
         observe = end_of(self.observe) if self.observe else None
         major = found.major_m()
         at = [found.nodes.index(place) for place in places]
@@ -79,7 +82,8 @@ class PlaceMapSpec(base.Frequencies):
         for k, place in enumerate(places):
             own_ratio = float(found.frequencies_rad_s[k, -1] / found.speeds_rad_s[-1])
             rates = found.frequencies_rad_s[k]
-            turning = orbit_peaks(engine.system, [unbalances[k]], observe or place, rates, seen[k])
+            asked = engine.system, [unbalances[k]], observe or place, rates, seen[k]
+            turning = orbit_peaks(*asked, spin_rad_s=spin)
             peaks[place.label] = peak_documents(turning, own_ratio)
         largest = self.places[int(np.unravel_index(seen.argmax(), seen.shape)[0])]
         said = ", ".join(f"{p['frequency_hz']:.2f}" for p in peaks[largest])
@@ -89,6 +93,7 @@ class PlaceMapSpec(base.Frequencies):
                 "moment_kg_m": self.moment_kg_m,
                 "places": list(self.places),
                 "observed": self.observe or "each place itself",
+                "spin_rpm": self.speed_rpm,
                 "speed_rpm": (found.speeds_rad_s * RPM_PER_RAD_S).tolist(),
                 "frequency_hz": (found.frequencies_rad_s / (2.0 * np.pi)).tolist(),
                 "amplitude_m": seen.tolist(),
@@ -120,7 +125,8 @@ class PlaceMapSpec(base.Frequencies):
             f"Displacement (major semi-axis) of {document['observed']} for {self.moment_kg_m:g} "
             f"kg m at each place. Most sensitive: {document['most_sensitive_place']}."
         )
-        return replace(place_chart(self.places, rpm, hertz, size), caption=caption)
+        chart = replace(place_chart(self.places, rpm, hertz, size), caption=caption)
+        return base.over_speed_of_force(chart, self.speed_rpm)
 
     @classmethod
     def labels(cls, document: Mapping[str, Any]) -> Labels:
@@ -154,11 +160,11 @@ def _map_speeds(spec: PlaceMapSpec, system: AssembledSystem, ratio: float) -> ND
     places = [end_of(place) for place in spec.places]
 
     def respond(speeds: NDArray[np.float64]) -> NDArray[np.complex128]:
-        found = place_map(system, places, spec.moment_kg_m, speeds)
+        found = place_map(system, places, spec.moment_kg_m, speeds, base.spin_of(spec.speed_rpm))
         motion = found.translation_m / (found.frequencies_rad_s**2)[:, :, None, None]
         shown = np.nan_to_num(np.moveaxis(motion, 1, 0))
         return np.asarray(shown.reshape(speeds.size, -1))
 
     speeds = spec.frequencies_rad_s / ratio
-    pieces = response_pieces(system, ratio, float(speeds[-1]))
+    pieces = response_pieces(system, ratio, float(speeds[-1]), base.spin_of(spec.speed_rpm))
     return resolving_samples(speeds, respond, pieces)

@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
+from pydantic import Field, model_validator
 
 from solidwhirl.analyses.base import Analysis, Charts, Engine, Found, Names
 from solidwhirl.analyses.work import EngineSize, Work
 from solidwhirl.core.blocks import AnalysisBlock, numbers
+from solidwhirl.core.fields import MOST, Count
 from solidwhirl.core.outcome import Outcome, PageSection
 from solidwhirl.core.plain_data import Labels
 from solidwhirl.rotordyn.campbell.body_frames import RotatingCampbell, campbell_seen_by_body
+from solidwhirl.rotordyn.core.arrays import BoolArray
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.plots.modes import FrameCurves, frame_chart, is_drawn
+
+_ENERGY = "share_of_kinetic_energy"
+# Share of a component that is drawn of the branches that are drawn at first.
+_MAIN = 0.25
 
 
 class RotatingCampbellSpec(Analysis):
@@ -30,6 +37,15 @@ class RotatingCampbellSpec(Analysis):
 
     kind: Literal["rotating_campbell"]
     bodies: Names
+    branches: Annotated[tuple[Count, ...], Field(max_length=MOST)] = ()
+
+    @model_validator(mode="after")
+    def _each(self) -> RotatingCampbellSpec:
+        if self.branches and len(self.branches) != len(self.bodies):
+            raise ValueError(
+                f"branches has {len(self.branches)} numbers for {len(self.bodies)} bodies"
+            )
+        return self
 
     def work(self, size: EngineSize) -> Work:
         """Modes of the diagram again, for their motion in each body's frame."""
@@ -43,6 +59,7 @@ class RotatingCampbellSpec(Analysis):
         return Outcome(
             kind=self.kind,
             document={
+                "branches": list(self.branches),
                 "speed_rpm": (engine.diagram.speeds_rad_s * RPM_PER_RAD_S).tolist(),
                 "bodies": {frame.body: _frame_document(frame) for frame in frames},
             },
@@ -92,6 +109,7 @@ def _frame_document(frame: RotatingCampbell) -> dict[str, Any]:
 def frames_of(document: Mapping[str, Any]) -> list[FrameCurves]:
     """Return what bodies see, from the document of the analysis."""
     rpm, found = numbers(document["speed_rpm"]), []
+    first = _first_branches(document)
     for body, frame in document["bodies"].items():
         hertz, orders = numbers(frame["frequency_hz"]), np.array(frame["orders"])
         # a positive order turns with +z, and so does a body with a positive ratio, until mirrored
@@ -105,6 +123,25 @@ def frames_of(document: Mapping[str, Any]) -> list[FrameCurves]:
                 rpm=np.abs(frame["speed_ratio"]) * rpm,
                 signed_hz=np.where(drawn, np.where(against, -hertz, hertz), np.nan),
                 orders=orders.tolist(),
+                first=first.get(body),
             )
         )
+    return found
+
+
+def _first_branches(document: Mapping[str, Any]) -> dict[str, BoolArray]:
+    """Which components (c, b) of the lowest branches of each body are drawn at first.
+
+    A branch is that of the body with the most of its kinetic energy over the speeds; of its
+    components, the larger ones are drawn.
+    """
+    wanted, bodies = document.get("branches", ()), document["bodies"]
+    if not wanted:
+        return {}
+    moved = np.array([np.nan_to_num(numbers(b[_ENERGY])).mean(axis=1) for b in bodies.values()])
+    found = {}
+    for k, (body, count) in enumerate(zip(bodies, wanted, strict=True)):
+        own = np.flatnonzero(moved.argmax(axis=0) == k)[:count]
+        share = np.nan_to_num(numbers(bodies[body]["share"])).mean(axis=2)
+        found[body] = (share >= _MAIN) & np.isin(np.arange(share.shape[1]), own)
     return found

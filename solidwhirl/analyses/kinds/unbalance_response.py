@@ -28,7 +28,7 @@ from solidwhirl.analyses.unbalances import (
 )
 from solidwhirl.analyses.work import EngineSize, Work
 from solidwhirl.core.blocks import AnalysisBlock, Table, numbers
-from solidwhirl.core.fields import MOST, Count, Positive
+from solidwhirl.core.fields import MOST, Count, NotNegative, Positive
 from solidwhirl.core.outcome import MOST_CURVES, MOST_ORBITS, Outcome, PageSection
 from solidwhirl.core.plain_data import Labelled, Labels
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
@@ -61,6 +61,7 @@ class UnbalanceResponseSpec(base.Sweep):
     unbalances: Annotated[tuple[UnbalanceSpec, ...], Field(min_length=1, max_length=MOST)]
     observe: base.Places
     orbits_at_rpm: Annotated[tuple[Positive, ...], Field(max_length=64)] = ()
+    speed_rpm: NotNegative | None = None
 
     def possible_files(self, bearings: Mapping[str, bool]) -> tuple[str, ...]:
         """Return pictures, each with the curves that have room in it."""
@@ -94,12 +95,13 @@ class UnbalanceResponseSpec(base.Sweep):
         from solidwhirl.rotordyn.response.unbalance import resolving_speeds, unbalance_response
 
         unbalances = [unbalance_of(u) for u in self.unbalances]
-        speeds = resolving_speeds(engine.system, unbalances, self.speeds_rad_s)
-        response = unbalance_response(engine.system, unbalances, speeds)
+        system, spin = engine.system, base.spin_of(self.speed_rpm)
+        speeds = resolving_speeds(system, unbalances, self.speeds_rad_s, spin)
+        response = unbalance_response(system, unbalances, speeds, spin)
         nodes = [end_of(place) for place in self.observe]
         exciters = [
             _exciter_document(
-                e, nodes, engine.system, turning_at(engine.system, unbalances, e.frequency_ratio)
+                e, nodes, system, turning_at(system, unbalances, e.frequency_ratio), spin
             )
             for e in response.exciters
         ]
@@ -108,6 +110,7 @@ class UnbalanceResponseSpec(base.Sweep):
             kind=self.kind,
             document={
                 "speed_rpm": (response.speeds_rad_s * RPM_PER_RAD_S).tolist(),
+                "spin_rpm": self.speed_rpm,
                 "unbalances": [u.model_dump() for u in self.unbalances],
                 "exciters": exciters,
             },
@@ -120,14 +123,25 @@ class UnbalanceResponseSpec(base.Sweep):
         places = parts(list(dict.fromkeys(self.observe)), MOST_CURVES)
         pictures: dict[str, base.Charts] = {}
         for suffix, own in numbered([_at_places(exciters, some) for some in places]):
-            pictures[suffix] = partial(_motion_charts, own)
+            pictures[suffix] = partial(self._motion_charts, own)
         for suffix, some in numbered(parts(list(exciters[0].force_n), MOST_CURVES)):
             own = [replace(e, force_n={n: e.force_n[n] for n in some}) for e in exciters]
-            pictures[f"_bearing_forces{suffix}"] = partial(_force_charts, own)
+            pictures[f"_bearing_forces{suffix}"] = partial(self._force_charts, own)
         speeds = parts(sorted(set(self.orbits_at_rpm)), MOST_ORBITS)
         for suffix, asked in numbered([(some, at) for some in places for at in speeds]):
             pictures[f"_orbits{suffix}"] = partial(self._orbits, found.engine, *asked)
         return pictures
+
+    def _motion_charts(self, exciters: Sequence[ExciterCurves]) -> list[Chart]:
+        from solidwhirl.rotordyn.plots.response import amplitude_chart, phase_chart
+
+        drawn = amplitude_chart(exciters), phase_chart(exciters)
+        return [base.over_speed_of_force(chart, self.speed_rpm) for chart in drawn]
+
+    def _force_charts(self, exciters: Sequence[ExciterCurves]) -> list[Chart]:
+        from solidwhirl.rotordyn.plots.response import force_chart
+
+        return [base.over_speed_of_force(force_chart(exciters), self.speed_rpm)]
 
     def _orbits(
         self, engine: base.Engine, places: list[str], speeds_rpm: list[float]
@@ -138,7 +152,7 @@ class UnbalanceResponseSpec(base.Sweep):
 
         unbalances = [unbalance_of(u) for u in self.unbalances]
         speeds = [rpm * RAD_S_PER_RPM for rpm in speeds_rpm]
-        found = unbalance_response(engine.system, unbalances, speeds)
+        found = unbalance_response(engine.system, unbalances, speeds, base.spin_of(self.speed_rpm))
         exciters = [
             ExciterCurves(
                 bodies=e.bodies,
@@ -153,13 +167,13 @@ class UnbalanceResponseSpec(base.Sweep):
 
     def blocks(self, found: base.Found) -> Sequence[AnalysisBlock]:
         """Unbalances, motion and forces over the speed, orbits and peaks."""
-        from solidwhirl.rotordyn.plots.response import force_chart, orbit_chart
+        from solidwhirl.rotordyn.plots.response import orbit_chart
 
         exciters = exciters_of(found.document)
-        amplitude, phase = _motion_charts(exciters)
+        amplitude, phase = self._motion_charts(exciters)
         drawn = [amplitude]
         if any(e.force_n for e in exciters):
-            drawn.append(force_chart(exciters))
+            drawn += self._force_charts(exciters)
         shades = operating_toggle(base.reference_ranges_rad_s(found.engine.operating))
         drawn = [replace(chart, parts=[*shades, *chart.parts]) for chart in drawn]
         drawn.insert(1, phase)
@@ -233,6 +247,7 @@ def _exciter_document(
     nodes: list[End],
     system: AssembledSystem,
     unbalances: list[Unbalance],
+    spin_rad_s: float | None,
 ) -> dict[str, Any]:
     from solidwhirl.rotordyn.response.orbits import elliptic_orbits
     from solidwhirl.rotordyn.response.unbalance import orbit_peaks
@@ -255,7 +270,9 @@ def _exciter_document(
             "orbit": orbits.direction[:, at].tolist(),
         }
         found = orbit_peaks(
-            system, unbalances, node, rates, orbits.major_m[moving, at], ROUNDING * largest
+            *(system, unbalances, node, rates, orbits.major_m[moving, at]),
+            least_m=ROUNDING * largest,
+            spin_rad_s=spin_rad_s,
         )
         peaks[node.label] = peak_documents(found, ratio)
     return {
@@ -295,18 +312,6 @@ def exciters_of(document: Mapping[str, Any]) -> list[ExciterCurves]:
 def _at_places(exciters: Sequence[ExciterCurves], places: list[str]) -> list[ExciterCurves]:
     """The exciters with the motion of some places only."""
     return [replace(e, motion_m={p: e.motion_m[p] for p in places}) for e in exciters]
-
-
-def _motion_charts(exciters: Sequence[ExciterCurves]) -> list[Chart]:
-    from solidwhirl.rotordyn.plots.response import amplitude_chart, phase_chart
-
-    return [amplitude_chart(exciters), phase_chart(exciters)]
-
-
-def _force_charts(exciters: Sequence[ExciterCurves]) -> list[Chart]:
-    from solidwhirl.rotordyn.plots.response import force_chart
-
-    return [force_chart(exciters)]
 
 
 def _peak_text(peak: Mapping[str, Any]) -> str:

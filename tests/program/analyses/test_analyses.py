@@ -84,6 +84,27 @@ def test_place_map():
             assert peak["frequency_hz"] == pytest.approx(ratio * peak["speed_rpm"] / 60.0)
 
 
+@pytest.mark.parametrize("spin_rpm", [0.0, 3000.0])
+def test_a_force_that_turns_at_another_speed(spin_rpm):
+    """The tilt has the gyroscopic moment of the spin, whatever the frequency of the force."""
+    asked = {"places": ["rotor.b"], **AT_PLACES, "speed_rpm": spin_rpm}
+    found = outcome(rotor(), "place_map", **asked)
+    omega = 2 * np.pi * np.array(found["frequency_hz"][0])
+    support = 2 * ARM**2 * (STIFFNESS + 1j * DAMPING * omega)
+    tilt = 1.0 / (support - DIAMETRAL * omega**2 + POLAR * spin_rpm * RPM * omega)
+    wanted = np.abs(MOMENT * omega**2 * (compliance(omega) + ARM**2 * tilt))
+    np.testing.assert_allclose(found["amplitude_m"][0], wanted, rtol=1e-9)
+    unbalances = [{"at": "rotor.b", "moment_kg_m": MOMENT}]
+    swept = {"unbalances": unbalances, "observe": ["rotor.b"], "to_rpm": 9e3}
+    other = outcome(rotor(), "unbalance_response", **swept, speed_rpm=spin_rpm)
+    peaks = found["peaks"]["rotor.b"]
+    assert other["spin_rpm"] == found["spin_rpm"] == spin_rpm and peaks
+    for peak, same in zip(peaks, other["exciters"][0]["peaks"]["rotor.b"], strict=True):
+        assert peak["speed_rpm"] == pytest.approx(60.0 * peak["frequency_hz"])
+        for key in ("frequency_hz", "amplitude_m"):
+            assert peak[key] == pytest.approx(same[key], rel=1e-6)
+
+
 def two_rotors():
     """Two equal rotors, the second at twice the speed and backward."""
     data = rotor()

@@ -162,6 +162,24 @@ def test_frames_are_the_shifted_frequencies_of_the_diagram():
                 assert with_spin == (signed > 0.0)
 
 
+def test_frames_draw_the_lowest_own_branches_at_first():
+    """The others wait in the legend; without numbers of branches nothing waits."""
+    entry = everything().document["analyses"]["rotating_campbell"]
+    assert not any(c.is_quiet for f in frames_of(entry) for c in frame_curves(f))
+    lp, hp = frames_of({**entry, "branches": [2, 1]})
+    energy = np.array(
+        [
+            np.nanmean(numbers(b["share_of_kinetic_energy"]), axis=1)
+            for b in entry["bodies"].values()
+        ]
+    )
+    for frame, own, count in ((lp, energy[0] >= energy[1], 2), (hp, energy[1] > energy[0], 1)):
+        wanted = np.flatnonzero(own)[:count]
+        shown = {int(c.texts[0].split()[1].rstrip(",")) - 1 for c in frame_curves(frame)
+                 if not c.is_quiet}  # fmt: skip
+        assert shown <= set(wanted.tolist()) and shown
+
+
 def test_a_line_through_zero_has_a_point_there():
     x, y = with_zero(np.array([0.0, 1.0, 2.0, 3.0]), np.array([3.0, 1.0, -1.0, np.nan]))
     np.testing.assert_allclose(x, [0.0, 1.0, 1.5, 2.0, 3.0])

@@ -8,6 +8,7 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 
+from solidwhirl.drawing.bodies import silhouettes_of
 from solidwhirl.page.run.accuracy import time_chart
 from solidwhirl.page.run.checks import checks_chart
 from solidwhirl.pictures.engine import draw_engine
@@ -24,7 +25,7 @@ from solidwhirl.rotordyn.superelement.invariants import compared
 
 
 def test_engine_is_drawn_to_scale_with_all_names(geared, tmp_path, drawn):
-    draw_engine(geared, tmp_path / "e.svg", "Geared")
+    draw_engine(geared.scene, silhouettes_of(geared), tmp_path / "e.svg", "Geared")
     (axes,) = drawn[0].axes
     assert axes.get_aspect() == 1.0
     texts = [t.get_text() for t in axes.texts]
@@ -48,7 +49,7 @@ def test_engine_is_drawn_to_scale_with_all_names(geared, tmp_path, drawn):
 
 def test_names_of_the_drawing_do_not_overlap(twin, tmp_path, drawn):
     """Measured from the boxes of the text as it is drawn."""
-    draw_engine(twin, tmp_path / "e.png", "Twin")
+    draw_engine(twin.scene, silhouettes_of(twin), tmp_path / "e.png", "Twin")
     (axes,) = drawn[0].axes
     boxes = [t.get_window_extent() for t in axes.texts]
     for k, first in enumerate(boxes):
@@ -102,7 +103,7 @@ def test_whirl_is_told_apart_without_colour():
 
 def test_unknown_kind_is_refused(geared, tmp_path):
     with pytest.raises(AnalysisError, match=r"suffix '.bmp'"):
-        draw_engine(geared, tmp_path / "e.bmp", "t")
+        draw_engine(geared.scene, silhouettes_of(geared), tmp_path / "e.bmp", "t")
 
 
 def test_checks_stand_on_their_side_of_the_limit(tmp_path, drawn):

@@ -80,6 +80,7 @@ stiffness_study: stiffness_to_n_per_m = 1e6 | stiffness_to_n_per_m is not above 
 critical_speed_map: bearings = ["B", "E"] | analyses[0].bearings[1]: no bearing 'E' | A, B, C, D
 critical_speed_map: excited_by = "fan" | analyses[0].excited_by: no body 'fan'
 critical_speed_map: excited_by = "casing" | analyses[0].excited_by: 'casing' does not turn
+rotating_campbell: branches = [1] | analyses[0] | branches has 1 numbers for 2 bodies
 rotating_campbell: bodies = ["lp", "hpp"] | analyses[0].bodies[1]: no body 'hpp' | 'hp'? | casing
 mode_shapes: modes = 61 | modes | less than or equal to 60
 separation_margins: operating.0.shaft = "fan" | analyses[0].operating[0].shaft: no body 'fan' | hp

@@ -70,6 +70,31 @@ def test_each_row_of_the_place_map_is_one_unbalance_response():
     assert found.nodes[1] == INNER_C and not found.translation_m[:, 0].any()
 
 
+def test_a_force_turns_at_another_speed_than_the_shafts():
+    system, speeds, spin = engine(), np.array([0.0, 200.0, 650.0]), 430.0
+    place = rd.End(body="outer", interface="D")
+    unbalance = Unbalance(body="outer", interface="D", moment_kg_m=2e-5)
+    found = place_map(system, [place], 2e-5, speeds, spin)
+    (exciter,) = unbalance_response(system, [unbalance], speeds, spin).exciters
+    # the equations at the spin, solved for the force that turns against the reference shaft
+    ux, uy = (interface_row(system, "outer", "D", component) for component in ("ux", "uy"))
+    omega = 1.4 * speeds
+    matrices = rd.matrices_at_speed(system, spin)
+    for at, rate in enumerate(omega):
+        force = 2e-5 * rate**2 * (ux + 1j * uy)
+        velocity = matrices.damping + matrices.gyroscopic
+        dynamic = matrices.stiffness + 1j * rate * velocity - rate**2 * matrices.mass
+        q = np.linalg.solve(dynamic, force)
+        expected = [ux @ q, uy @ q]
+        for motion in (exciter.at_node("outer", "D"), found.translation_m[0][:, -1]):
+            np.testing.assert_allclose(motion[at], expected, rtol=1e-8, atol=1e-20)
+    same = unbalance_response(system, [unbalance], [spin], spin).exciters[0]
+    own = unbalance_response(system, [unbalance], [spin]).exciters[0]
+    np.testing.assert_allclose(same.translation_m, own.translation_m, rtol=1e-12)
+    with pytest.raises(rd.AnalysisError, match="spin_rad_s is -1"):
+        place_map(system, [place], 2e-5, speeds, -1.0)
+
+
 @pytest.mark.parametrize("direction", ["x", "y"])
 def test_ground_motion_is_loading_by_the_bearings_on_the_ground(direction):
     system = engine()

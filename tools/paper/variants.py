@@ -1,0 +1,172 @@
+"""Other units that the printed numbers allow: as good as the identified one, or with more asked."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from solidwhirl.cache.files import StageStore
+from solidwhirl.identify.model import InfeasibleError, Model, lean_scene, model_scene
+from solidwhirl.identify.problem import Problem, TargetSpec, read_problem
+from solidwhirl.identify.search import search
+from solidwhirl.pipeline.run import run_scene
+from solidwhirl.rotordyn import modes_at_speed
+
+ROOT = Path(__file__).resolve().parents[2]
+# Units that are sought, steps that bring one back to the targets, and its distance from the
+# identified one in the unit cube of the parameters.
+_UNITS, _STEPS, _AWAY = 4, 3, 0.35
+# Evaluations of a search for what a unit can reach, and what counts as reached.
+EVALUATIONS, _REACHED = 12, 0.05
+# Fixed-interface pairs that are kept for each pair that is asked for.
+_KEPT = 3
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Turning:
+    """Modes of a unit at a speed in fixed axes, and how far the unit is from the identified one."""
+
+    frequency_hz: list[float]
+    whirl: list[str]
+    away: float
+
+
+def problem_of(unit: str) -> tuple[Problem, dict[str, Any]]:
+    """Return the identification problem of a unit and the record of its solution."""
+    folder = ROOT / "scenes" / "identify"
+    record = (folder / f"uhbr_{unit}.identification.json").read_text(encoding="utf-8")
+    return read_problem(folder / f"uhbr_{unit}.toml"), json.loads(record)
+
+
+def equally_good(unit: str, speed_rpm: float, store: StageStore) -> list[Turning]:
+    """Return units with the same masses and frequencies at rest, the identified one first.
+
+    They lie along directions that the targets do not see, brought back by Newton steps until all
+    targets are those of the identified unit to their tolerances.
+    """
+    problem, record = problem_of(unit)
+    model = Model(problem, store)
+    model.limit = None
+    start = model.point({p["name"]: p["value"] for p in record["parameters"]})
+    slopes = _slopes(record)
+    accuracy = problem.spec.settings.coarse_accuracy
+    wanted = model.whole(start, accuracy)
+    units = [_turning(model, start, speed_rpm, 0.0, store)]
+    back = np.linalg.pinv(slopes)
+    random = np.random.default_rng(problem.spec.settings.seed)
+    free = np.linalg.svd(slopes)[2][np.linalg.matrix_rank(slopes) :].T
+    for _ in range(4 * _UNITS):
+        if len(units) > _UNITS:
+            break
+        direction = free @ random.standard_normal(free.shape[1])
+        point = _inside(start + _AWAY * direction / np.abs(direction).max())
+        try:
+            if (met := _brought_back(model, point, wanted, back)) is not None:
+                away = float(np.abs(met - start).max())
+                units.append(_turning(model, met, speed_rpm, away, store))
+        except InfeasibleError:
+            continue
+    return units
+
+
+def _slopes(record: dict[str, Any]) -> np.ndarray:
+    """Deviations of the targets in tolerances per range of the parameters, from the record."""
+    tolerance = np.array([t["tolerance_percent"] / 100.0 for t in record["targets"]])
+    return np.array(record["sensitivities"]["per_range"]) / tolerance[:, None]
+
+
+def _inside(point: np.ndarray) -> np.ndarray:
+    return np.clip(point, 0.0, 1.0)
+
+
+def _brought_back(
+    model: Model, point: np.ndarray, wanted: np.ndarray, back: np.ndarray
+) -> np.ndarray | None:
+    """Return the point moved to where the targets are as wanted; None if it does not get there."""
+    accuracy = model.problem.spec.settings.coarse_accuracy
+    for _ in range(_STEPS):
+        missed = model.deviations(model.whole(point, accuracy)) - model.deviations(wanted)
+        if np.abs(missed).max() < 1.0:
+            return point
+        point = _inside(point - back @ missed)
+    return None
+
+
+def _turning(
+    model: Model, point: np.ndarray, speed_rpm: float, away: float, store: StageStore
+) -> Turning:
+    """Modes of the unit at a speed."""
+    problem, values = model.problem, model.values(point)
+    accuracy = problem.spec.settings.coarse_accuracy
+    key = store.key("turning", problem.fingerprint, accuracy, speed_rpm, values)
+    found = store.find(key, lambda text: None)
+    if found is None:
+        data = lean_scene(problem.scene_at(values))
+        results = run_scene(model_scene(problem, data, accuracy, [0.0, speed_rpm]))
+        assert results is not None
+        ends = results.campbell.frequency_hz[:, -1], results.campbell.whirl[:, -1]
+        order = np.argsort(ends[0])
+        found = (ends[0][order].tolist(), [str(w) for w in ends[1][order]])
+        store.keep(key, "modes", found, lambda text: None)
+    return Turning(frequency_hz=found[0], whirl=found[1], away=away)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Counted:
+    """Pairs of modes of a unit on bearings: the frequency of one, how many are below a limit."""
+
+    pair_hz: float
+    below: int
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Reached:
+    """What a search reaches that asks for the frequency of a pair of modes beside the targets.
+
+    `missed`: relative deviations of the other targets, by name.
+    """
+
+    pair_hz: float
+    missed: dict[str, float]
+
+
+def counted(unit: str, pair: int, limit_hz: float) -> Counted:
+    """Count the pairs of modes of the identified unit, with more fixed-interface modes kept."""
+    problem, record = problem_of(unit)
+    data = lean_scene(problem.scene_at({p["name"]: p["value"] for p in record["parameters"]}))
+    data["model"] = {**data["model"], "modes": _KEPT * pair}
+    accuracy = problem.spec.settings.coarse_accuracy
+    results = run_scene(model_scene(problem, data, accuracy, [0.0]))
+    assert results is not None
+    hertz = modes_at_speed(results.system, 0.0).frequency_hz[::2]
+    return Counted(pair_hz=float(hertz[pair - 1]), below=int(np.count_nonzero(hertz < limit_hz)))
+
+
+def with_highest_mode(unit: str, pair: int, wanted_hz: float, store: StageStore) -> Reached:
+    """Identify a unit once more with the frequency of its highest retained mode as a target."""
+    problem, record = problem_of(unit)
+    highest = TargetSpec(
+        name="highest",
+        quantity="frequency_hz",
+        value=wanted_hz,
+        tolerance=_REACHED,
+        mode=2 * pair,
+    )
+    coarse = problem.spec.settings.coarse_accuracy
+    settings = problem.spec.settings.model_copy(update={"accuracy": coarse})
+    targets = (*problem.spec.targets, highest)
+    spec = problem.spec.model_copy(update={"targets": targets, "settings": settings})
+    scene = {**problem.scene, "model": {**problem.scene["model"], "modes": 2 * pair}}
+    model = Model(replace(problem, spec=spec, scene=scene), store)
+    model.given = model.point({p["name"]: p["value"] for p in record["parameters"]})
+    model.limit = EVALUATIONS
+    last, _ = search(model, lambda text: None)
+    model.limit = None
+    found = model.whole(last.point, coarse)
+    names = [t.name for t in problem.spec.targets]
+    missed = found[:-1] / np.array([t.value for t in problem.spec.targets]) - 1.0
+    return Reached(pair_hz=float(found[-1]), missed=dict(zip(names, missed.tolist(), strict=True)))
