@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import comb, factorial
 
 import numpy as np
-import scipy.linalg as la
+import scipy  # its linear algebra is loaded when it is used
 
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.errors import AnalysisError
@@ -92,7 +92,7 @@ def transfer(numerator: tuple[float, ...], denominator: tuple[float, ...]) -> Co
     c = (over[1:] - over[0] * under)[None]
     # states of like size
     if n:
-        a, (scale, _) = la.matrix_balance(a, permute=False, separate=True)
+        a, (scale, _) = scipy.linalg.matrix_balance(a, permute=False, separate=True)
         b, c = b / scale[:, None], c * scale
     return Controller(a=a, b=b, c=c, d=np.array([[over[0]]]))
 
@@ -110,7 +110,7 @@ def pid(
     elif derivative:
         parts.append(transfer((derivative, 0.0), (1.0 / float(roll_off_rad_s or 0), 1.0)))
     return Controller(
-        a=la.block_diag(*(p.a for p in parts)),
+        a=scipy.linalg.block_diag(*(p.a for p in parts)),
         b=np.concatenate([p.b for p in parts]),
         c=np.concatenate([p.c for p in parts], axis=1),
         d=np.asarray(sum(p.d for p in parts)),
@@ -155,7 +155,7 @@ def series(first: Controller, *then: Controller) -> Controller:
 def side_by_side(*parts: Controller) -> Controller:
     """Return controllers each with its own signals, such as those of the axes x and y."""
     names = ("a", "b", "c", "d", "gain_of_rate")
-    blocks = [la.block_diag(*(getattr(p, name) for p in parts)) for name in names]
+    blocks = [scipy.linalg.block_diag(*(getattr(p, name) for p in parts)) for name in names]
     a, b, c, d, rate = blocks
     return Controller(a=a, b=b, c=c, d=d, rate=rate)
 

@@ -96,6 +96,7 @@ class Pencil(NamedTuple):
             laws=tuple(law for law in laws if law.motion.any()),
             first=self.first[at],
             second=self.second[at] if has_second else self.second,
+            phase=self.phase[at],
             turn=self.turn[at] if has_second else self.turn,
         )
 

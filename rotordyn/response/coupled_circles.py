@@ -14,7 +14,14 @@ from solidwhirl.rotordyn.assembly.system import AssembledSystem, LawJoint
 from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, FloatArray
 from solidwhirl.rotordyn.core.ledger import solved
 from solidwhirl.rotordyn.modes.complex_form import ComplexForm, matrix_form
-from solidwhirl.rotordyn.response.points import MatrixTriple, Solved, fill, loaded_stacks, measured
+from solidwhirl.rotordyn.response.points import (
+    MatrixTriple,
+    Solved,
+    Stack,
+    fill,
+    loaded_stacks,
+    measured,
+)
 
 # A point is left to the full equations above this |f − D q| / |f| or this |D| |q| / |f|.
 _POOR = 1e-10
@@ -152,11 +159,12 @@ def solve_split(
     circles = np.zeros(loads.shape, dtype=complex)
     residual, unsolved = np.zeros(speeds.size), np.zeros(speeds.size, dtype=bool)
     every = (form.at_speed, speeds, frequencies, loads)
-    for points, stack, scale in loaded_stacks(*every, _fill_both):
+    for chunk in loaded_stacks(*every, _fill_both):
+        points, scale = chunk.points, chunk.scale
         coupling = _couplings(split, speeds[points], frequencies[points])
         turned = split.turned * scale[:, 0]
         found, residual[points], unsolved[points] = _solve_chunk(
-            stack, coupling, turned, loads[points] * scale
+            chunk, coupling, turned, loads[points] * scale
         )
         circles[points] = found * scale
     forward, mirrored = circles.transpose(1, 2, 0, 3)
@@ -191,9 +199,10 @@ def _fill_both(place: ComplexArray, triple: MatrixTriple, omega: float) -> None:
 
 
 def _solve_chunk(
-    stack: ComplexArray, coupling: ComplexArray, turned: ComplexArray, loads: ComplexArray
+    chunk: Stack, coupling: ComplexArray, turned: ComplexArray, loads: ComplexArray
 ) -> tuple[ComplexArray, FloatArray, BoolArray]:
     """Return the circles (c, 2, m, r), their residuals, and what is better solved otherwise."""
+    stack = chunk.matrices
     solved("responses", len(stack))
     sides = np.stack((turned, turned.conj()))
     # Load of a unit force on U q in either circle.
@@ -210,5 +219,5 @@ def _solve_chunk(
     circles = alone - per_unit @ pull[:, None]
     pulled = coupling @ (sides @ circles).sum(axis=1)
     error = loads - stack @ circles - unit @ pulled[:, None]
-    residual, growth = measured(stack, loads, circles, error)
+    residual, growth = measured(chunk.terms, loads, circles, error)
     return circles, residual, is_poor(residual, growth)

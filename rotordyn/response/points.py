@@ -17,7 +17,7 @@ PointMatrices: TypeAlias = Callable[[float], MatrixTriple]
 
 # Bytes of the dynamic stiffness matrices solved together.
 CHUNK_BYTES = 1 << 20
-# |D| |q| / |f| above which fewer than three digits of q are left.
+# (|K| + ω|V| + ω²|M|) |q| / |f| above which fewer than three digits of q are left.
 _SINGULAR = 1e-3 / np.finfo(float).eps
 
 
@@ -40,12 +40,26 @@ def solve_points(
     """
     displacement = np.zeros(loads.shape, dtype=complex)
     residual = np.zeros(speeds.size)
-    for points, stack, scale in loaded_stacks(matrices, speeds, frequencies, loads, fill):
+    for chunk in loaded_stacks(matrices, speeds, frequencies, loads, fill):
+        points, scale = chunk.points, chunk.scale
         where = (speeds[points], frequencies[points])
         solved("responses", points.size)
-        solution, residual[points] = _solve_stack(stack, loads[points] * scale, *where)
+        solution, residual[points] = _solve_stack(chunk, loads[points] * scale, *where)
         displacement[points] = solution * scale
     return Solved(displacement, residual)
+
+
+class Stack(NamedTuple):
+    """Scaled dynamic stiffness of some points.
+
+    `points`: their numbers, (c,); `matrices`: D, (c, ..., n, n); `terms`: |K| + ω|V| + ω²|M|, which
+    D may be a small difference of, (c,); `scale`: of the coordinates, (n, 1).
+    """
+
+    points: IntArray
+    matrices: ComplexArray
+    terms: FloatArray
+    scale: FloatArray
 
 
 def loaded_stacks(
@@ -54,8 +68,8 @@ def loaded_stacks(
     frequencies: FloatArray,
     loads: ComplexArray,
     fill: Callable[[ComplexArray, MatrixTriple, float], None],
-) -> Iterator[tuple[IntArray, ComplexArray, FloatArray]]:
-    """Yield points that are loaded, their scaled dynamic stiffness, and the scale (n, 1)."""
+) -> Iterator[Stack]:
+    """Yield the scaled dynamic stiffness of the points that are loaded."""
     loaded = np.flatnonzero(loads.any(axis=tuple(range(1, loads.ndim))))
     if not loaded.size:
         return
@@ -65,10 +79,12 @@ def loaded_stacks(
     dynamic = np.empty((min(chunk, loaded.size), *shape), dtype=complex)
     for start in range(0, loaded.size, chunk):
         points = loaded[start : start + chunk]
-        stack = dynamic[: points.size]
-        for place, point in zip(stack, points, strict=True):
-            fill(place, scaled.at(float(speeds[point])), float(frequencies[point]))
-        yield points, stack, scaled.scale[:, None]
+        stack, terms = dynamic[: points.size], np.empty(points.size)
+        for k, point in enumerate(points):
+            omega, triple = float(frequencies[point]), scaled.at(float(speeds[point]))
+            fill(stack[k], triple, omega)
+            terms[k] = scaled.sizes @ (omega**2, abs(omega), 1.0)
+        yield Stack(points, stack, terms, scaled.scale[:, None])
 
 
 class ScaledMatrices:
@@ -85,6 +101,8 @@ class ScaledMatrices:
         self._outer = np.multiply.outer(self.scale, self.scale)
         self._matrices = matrices
         self._mass = mass * self._outer
+        #: Norms of M, V and K of the last speed
+        self.sizes: FloatArray = np.zeros(3)
         self._speed: float | None = None
         self._found: MatrixTriple | None = None
 
@@ -94,6 +112,7 @@ class ScaledMatrices:
             _, velocity, stiffness = self._matrices(speed)
             self._speed = speed
             self._found = (self._mass, velocity * self._outer, stiffness * self._outer)
+            self.sizes = np.array([np.linalg.norm(matrix) for matrix in self._found])
         return self._found
 
 
@@ -111,16 +130,17 @@ def fill(place: ComplexArray, triple: MatrixTriple, omega: float) -> None:
 
 
 def _solve_stack(
-    stack: ComplexArray, loads: ComplexArray, speeds: FloatArray, frequencies: FloatArray
+    chunk: Stack, loads: ComplexArray, speeds: FloatArray, frequencies: FloatArray
 ) -> tuple[ComplexArray, FloatArray]:
     """Solve a stack of systems and measure each solution."""
+    stack = chunk.matrices
     try:
         solution = np.linalg.solve(stack, loads)
     except np.linalg.LinAlgError:
         at = next(k for k, dynamic in enumerate(stack) if not _has_inverse(dynamic))
         raise _singular(speeds, frequencies, at) from None
     error = loads - stack @ solution
-    residual, growth = measured(stack, loads, solution, error)
+    residual, growth = measured(chunk.terms, loads, solution, error)
     bad = ~(growth <= _SINGULAR)
     if bad.any():
         raise _singular(speeds, frequencies, int(bad.argmax()))
@@ -128,15 +148,13 @@ def _solve_stack(
 
 
 def measured(
-    stack: ComplexArray, loads: ComplexArray, solution: ComplexArray, error: ComplexArray
+    terms: FloatArray, loads: ComplexArray, solution: ComplexArray, error: ComplexArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the largest |f − D q| / |f| and |D| |q| / |f| of each point, (p,)."""
-    flat = stack.view(float).reshape(stack.shape[0], -1)
-    size = np.sqrt(np.einsum("pi,pi->p", flat, flat))[:, None]
+    """Return the largest |f − D q| / |f| and (|K| + ω|V| + ω²|M|) |q| / |f| of each point, (p,)."""
     columns = (a.reshape(a.shape[0], -1, a.shape[-1]) for a in (loads, solution, error))
     force, motion, left = (np.sqrt((a.real**2 + a.imag**2).sum(axis=1)) for a in columns)
     force = np.where(force > 0, force, np.inf)
-    return (left / force).max(axis=1), (size * motion / force).max(axis=1)
+    return (left / force).max(axis=1), (terms[:, None] * motion / force).max(axis=1)
 
 
 def _has_inverse(matrix: ComplexArray) -> bool:

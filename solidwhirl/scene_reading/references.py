@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from solidwhirl.analyses.kinds.api617 import Api617Spec
 from solidwhirl.core.errors import repeated, unknown
 from solidwhirl.core.fields import alike_in_files
 from solidwhirl.scene.bearing_physics import (
@@ -58,7 +57,7 @@ def _case_problems(scene: Scene) -> Iterator[str]:
     """Sets of bearing laws of analyses that name what is not there, or can not be."""
     bearings = {b.name: b for b in scene.bearings}
     for a, analysis in enumerate(scene.analyses):
-        for k, case in enumerate(analysis.cases if isinstance(analysis, Api617Spec) else ()):
+        for k, case in enumerate(analysis.cases if analysis.kind == "api617" else ()):
             where = f"analyses[{a}].cases[{k}].laws"
             for name, law in case.laws.items():
                 if name not in bearings:

@@ -11,7 +11,6 @@ import pytest
 from engine_parts import RIGID
 
 from solidwhirl.analyses.kinds import state_space as analyses_modes
-from solidwhirl.analyses.kinds import unbalance_response as analyses_response
 from solidwhirl.build import beam
 from solidwhirl.model import system_parts
 from solidwhirl.output.documents import results_document
@@ -20,7 +19,7 @@ from solidwhirl.pipeline.run import run_scene
 from solidwhirl.rotordyn.assembly.law_pieces import LawPieces
 from solidwhirl.rotordyn.beams.superelement import beam_superelement
 from solidwhirl.rotordyn.checks.plain_checks import COUNT, COUNT_SPEEDS, ROOTS
-from solidwhirl.rotordyn.response import harmonic_response
+from solidwhirl.rotordyn.response import harmonic_response, unbalance
 from solidwhirl.rotordyn.run_up import modal_basis as run_up_basis
 from solidwhirl.rotordyn.stability import intervals as stability
 from solidwhirl.scene_reading.reader import parse_scene
@@ -169,7 +168,7 @@ lost_critical_speed = patched(
     engine_stages, "critical_speeds", lambda found: lambda *p, **n: found(*p, **n)[1:]
 )
 unresolved_response = patched(
-    analyses_response, "resolving_speeds", lambda _: lambda system, loads, given: given
+    unbalance, "resolving_speeds", lambda _: lambda system, loads, given, spin=None: given
 )
 undamped_response = patched(harmonic_response, "harmonic_response", of_system_with("damping", 0.3))
 missed_windows = patched(stability, "unstable_windows", lambda _: lambda *parts: [])

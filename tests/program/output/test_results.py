@@ -32,6 +32,7 @@ TOP = {
     "schema", "scene", "plan", "accuracy", "bodies", "modes_at_rest", "campbell", "critical_speeds",
     "bearing_notes", "operating", "verdict", "doubts", "invariants", "predicted_cost", "analyses",
     "timings_s", "dense_problems", "body_problems", "peak_memory_gib", "packages",
+    "bearings_beyond_theory",
 }  # fmt: skip
 ESTIMATE = {"frequency_error_estimate", "error_parts"}
 PARTS = {"mesh", "mode_truncation", "speed_interpolation", "interface_coupling", "eigen_solver"}

@@ -84,7 +84,7 @@ def test_second_time_nothing_is_drawn_again(laval, tmp_path, monkeypatch):
 
 
 def test_what_can_not_be_drawn_does_not_stop_the_others(laval, tmp_path, monkeypatch):
-    def broken(results, path, title):
+    def broken(scene, silhouettes, path, title):
         raise ValueError("no ink")
 
     monkeypatch.setattr(catalogue, "draw_engine", broken)
