@@ -44,7 +44,10 @@ speed and solver. It says nothing of inputs.
 def _done(task: partial[Any]) -> None:
     start = time.perf_counter()
     task()
-    print(f"{task.args}: {time.perf_counter() - start:.0f} s", file=sys.stderr)
+    print(
+        f"{task.func.__name__} {task.args[:2]}: {time.perf_counter() - start:.0f} s",
+        file=sys.stderr,
+    )
 
 
 def main() -> None:

@@ -427,8 +427,9 @@ def _frequency_sections(lp: Any, rows: Sequence[Row]) -> list[str]:
         f"takes our nearest mode, chosen afterwards: {told}.",
         _spread_table(units),
         _spread_text(units),
-        "Are the last two columns swapped? In all rows the value printed as damped is the larger "
-        "one, as f = f0 √(1 − D²) demands if f0 were the undamped one. The implied D are then "
+        f"Are the last two columns swapped? In {np.count_nonzero(damped > undamped)} of "
+        f"{damped.size} rows the value printed as damped is the larger one, "
+        "as f = f0 √(1 − D²) demands if f0 were the undamped one. The implied D are then "
         f"{words(ratio, '.3f')}, and the implied |Re λ| {words(implied, '.0f')} 1/s; ours at that "
         f"speed lie from {min(decay):.2g} to {max(decay):.2g} 1/s. This is an inference; ours has "
         "no such damping, and the paper's frames leave it open.",
