@@ -19,7 +19,7 @@ from solidwhirl.rotordyn import modes_at_speed
 ROOT = Path(__file__).resolve().parents[2]
 # Units that are sought, steps that bring one back to the targets, and its distance from the
 # identified one in the unit cube of the parameters.
-UNITS, _STEPS, _AWAY = 6, 3, 0.35
+UNITS, _STEPS, _AWAY = 4, 3, 0.35
 #: Directions in which they are sought
 TRIES = 4 * UNITS
 #: Units of which a second variant is sought, those without a published frequency, and the number of
