@@ -119,7 +119,7 @@ def _response_text(engine: Any) -> str:
 def _complexity_table(engine: Any) -> str:
     found = engine.analysis("complexity")["complexity"]
     bands = [f"{low:.0f} to {high:.0f} Hz" for low, high in found["bands_hz"]]
-    head = ("model", "coordinates", *bands, "peak force [N]", "its error", "time [s]")
+    head = ("model", "coordinates", *bands, "peak force [N]", "its error")
     rows = [
         (
             m["name"],
@@ -127,7 +127,6 @@ def _complexity_table(engine: Any) -> str:
             *(f"{e:.1%}" for e in m["response_error_by_band"]),
             f"{m['peak_force_n']:.4g}",
             f"{m['peak_force_error']:+.1%}",
-            f"{m['wall_time_s']:.1f}",
         )
         for m in found["models"]
     ]

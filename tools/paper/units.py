@@ -147,7 +147,8 @@ def _mode_count_sections() -> list[str]:
             worst = max(found.missed, key=lambda name: abs(found.missed[name]))
             row += [
                 f"{found.pair_hz:.0f} Hz",
-                f"{found.models} models, {found.ended}",
+                f"{found.models} models, "
+                + ("stopped there" if found.ended == "budget" else found.ended),
                 f"{worst} {found.missed[worst]:+.2%}",
             ]
         rows.append((*row, *("not sought" for _ in range(7 - len(row)))))
