@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
+from solidwhirl.rotordyn.core.errors import NoSteadyResponseError
 from solidwhirl.rotordyn.modes.eigen import modes_at_speed
 from solidwhirl.rotordyn.response import resonance_samples as samples
 from solidwhirl.rotordyn.response.maps import GroundMotionMap, StepPeaks, ground_motion_map
@@ -149,21 +151,37 @@ def summits(row: Row, height: FloatArray) -> tuple[FloatArray, FloatArray, Float
     """Places and heights of the peaks of a row, solved for, and the relative errors of these.
 
     Each is bracketed by three points, which draw nearer from round to round: to the vertex of the
-    parabola through their logarithms and, as a corner has none, to the middles between them.
+    parabola through their logarithms and, as a corner has none, to the middles between them. Where
+    that meets a mode that is hardly damped, so that there is no steady response, the peak has the
+    height of the highest point that has one, with an infinite error.
     """
     y = np.maximum(height, np.finfo(float).tiny)
     at = np.flatnonzero((y[1:-1] >= y[:-2]) & (y[1:-1] > y[2:])) + 1
     place, top = (values[at[:, None] + [-1, 0, 1]] for values in (row.frequencies, y))
     before, rise = top[:, 1], np.zeros(at.size)
+    is_bounded = np.ones(at.size, dtype=bool)
     for _ in range(_ROUNDS if at.size else 0):
         before = top[:, 1]
         vertex, _ = _vertices(place, np.log(top))
         more = np.stack((vertex, *(0.5 * (place[:, k] + place[:, k + 1]) for k in (0, 1))), axis=1)
-        solved = _heights(row.respond(more.ravel())).reshape(more.shape)
+        solved = _steady_heights(row, more)
+        is_bounded &= solved.all(axis=1)
+        solved = np.maximum(solved, np.finfo(float).tiny)
         place, top = _bracket(np.hstack((place, more)), np.hstack((top, solved)))
     if at.size:
         _, rise = _vertices(place, np.log(top))
-    return place[:, 1], top[:, 1], np.expm1(rise) + 1.0 - before / top[:, 1]
+    error = np.expm1(rise) + 1.0 - before / top[:, 1]
+    return place[:, 1], top[:, 1], np.where(is_bounded, error, np.inf)
+
+
+def _steady_heights(row: Row, points: FloatArray) -> FloatArray:
+    """Heights at some frequencies, their shape; 0 where there is no steady response."""
+    asked, where = np.unique(points, return_inverse=True)
+    height = np.zeros(asked.size)
+    with suppress(NoSteadyResponseError):
+        known, motion = samples.answered(row.respond, asked)
+        height[np.isin(asked, known)] = _heights(motion)
+    return height[where].reshape(points.shape)
 
 
 def _bracket(place: FloatArray, top: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -79,7 +79,7 @@ def resolving_samples(
         return given
     given = with_knots(given, pieces.knots)
     known = _dense(given, pieces)
-    known, values = _answered(respond, known[known > 0.0])
+    known, values = answered(respond, known[known > 0.0])
     more, _, _ = _resolved(given, known, values, respond, pieces)
     return with_knots(given, more)
 
@@ -117,7 +117,7 @@ def resolved_response(
     between = np.setdiff1d(_dense(with_knots(given, pieces.knots), pieces), given)
     known, found = given, shown
     if between.size:
-        known, found = joined_samples(given, shown, *_answered(respond, between))
+        known, found = joined_samples(given, shown, *answered(respond, between))
     moving = known > 0.0
     _, more, further = _resolved(given, known[moving], found[moving], respond, pieces)
     return joined_samples(given, shown, more, further)
@@ -145,7 +145,7 @@ def computable_samples(
     """
     if not samples.size:
         return samples
-    kept, _ = _answered(respond, samples)
+    kept, _ = answered(respond, samples)
     lost = np.setdiff1d(samples, kept)
     near = (np.abs(kept[:, None] - lost) <= _SHOWN * lost).any(axis=1)
     places = lost[np.diff(lost, prepend=-np.inf) > _SHOWN * lost]
@@ -153,20 +153,23 @@ def computable_samples(
     return np.union1d(kept[~near], shown)
 
 
-def _answered(
+def answered(
     respond: Callable[[FloatArray], ComplexArray], points: FloatArray
 ) -> tuple[FloatArray, ComplexArray]:
-    """Points that have a steady response, and it; raises if none has."""
+    """Return the points that have a steady response, shape (p,), and it, (p, c).
+
+    Raises NoSteadyResponseError if none has.
+    """
     try:
         return points, respond(points)
     except NoSteadyResponseError:
-        answered = []
+        halves = []
         for half in np.array_split(points, 2) if points.size > 1 else ():
             with suppress(NoSteadyResponseError):
-                answered.append(_answered(respond, half))
-        if not answered:
+                halves.append(answered(respond, half))
+        if not halves:
             raise
-    first, second = zip(*answered, strict=True)
+    first, second = zip(*halves, strict=True)
     return np.concatenate(first), np.concatenate(second)
 
 
@@ -186,9 +189,9 @@ def _resolved(
         samples.append(more)
         found.append(further)
     if beside.size:
-        answered = _answered(respond, beside)
-        samples.append(answered[0])
-        found.append(answered[1])
+        steady, motion = answered(respond, beside)
+        samples.append(steady)
+        found.append(motion)
     known, values = joined_samples(
         samples[0], found[0], np.concatenate(samples[1:]), np.concatenate(found[1:])
     )
@@ -210,7 +213,7 @@ def _settled(
         more = np.setdiff1d(_around(found, known[0], known[-1]), known)
         if not more.size:
             break
-        known, values = joined_samples(known, values, *_answered(respond, more))
+        known, values = joined_samples(known, values, *answered(respond, more))
     return found, known, values
 
 

@@ -6,7 +6,11 @@
 from __future__ import annotations
 
 import sys
+import time
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
@@ -15,7 +19,7 @@ from paper.engine import engine_sections  # noqa: E402
 from paper.rows import Row, agreement_chart, document, table  # noqa: E402
 from paper.runs import PAGE, PICTURES, Run, drawn  # noqa: E402
 from paper.twin_rotor import twin_sections  # noqa: E402
-from paper.units import unit_sections  # noqa: E402
+from paper.units import SEARCHES, unit_sections  # noqa: E402
 
 DATA = ROOT / "docs" / "data" / "paper.json"
 
@@ -37,13 +41,23 @@ speed and solver. It says nothing of inputs.
 """
 
 
+def _done(task: partial[Any]) -> None:
+    start = time.perf_counter()
+    task()
+    print(
+        f"{task.func.__name__} {task.args[:2]}: {time.perf_counter() - start:.0f} s",
+        file=sys.stderr,
+    )
+
+
 def main() -> None:
     """Run the scenes and write the page."""
-    names = ("ferraris", "ferraris_paper", "uhbr_fan", "uhbr_lp", "uhbr_hp", "uhbr_engine")
-    chosen = sys.argv[1:] or names
-    runs = {name: Run(name) for name in chosen}
-    if set(runs) != set(names):
-        return
+    names = ("uhbr_engine", "uhbr_lp", "uhbr_hp", "uhbr_fan", "ferraris", "ferraris_paper")
+    scenes = [partial(Run, name) for name in names]
+    # What they find is kept in files, where it is read below.
+    with ProcessPoolExecutor(2) as pool:
+        list(pool.map(_done, (*SEARCHES, *scenes)))
+    runs = {name: Run(name) for name in names}
     told: dict[str, list[Row]] = {}
     writers = (twin_sections, unit_sections, engine_sections)
     sections = [text for write in writers for text in write(runs, told)]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import shutil
 import sys
-import time
 import tomllib
 from collections.abc import Sequence
 from functools import cached_property
@@ -51,12 +50,10 @@ class Run:
             if same_scene and same_packages and known.stat().st_mtime > _last_change():
                 print(f"{name}: as computed before", file=sys.stderr)
                 return
-        start = time.perf_counter()
         results = run_scene(scene, progress=_told, store=STORE)
         assert results is not None
         write_results(results, self.folder)
         self.document = json.loads(known.read_text(encoding="utf-8"))
-        print(f"{name}: {time.perf_counter() - start:.0f} s", file=sys.stderr)
 
     @cached_property
     def saved(self) -> ReducedScene:

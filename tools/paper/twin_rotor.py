@@ -242,12 +242,11 @@ def _campbell_text(rows: list[Variant]) -> str:
     return (
         f"The paper says that its finite element curve differs from the analytic one by "
         f"{said['Ansys']:g} % at most and the multibody one by {said['Simpack']:g} %. A model with "
-        "more than one mode can't: the second bending mode pulls the first branch down, to "
+        "more than one mode does not: the second bending mode pulls the first branch down, to "
         f"{held.at_top[0]:.1f} Hz at {FOUR['to_rpm']} rpm with rigid disks and "
         f"{solid.at_top[0]:.1f} Hz with solid ones, where the one-term model has "
-        f"{analytic.at_top[0]:.1f} Hz: {apart:.1%} apart. Its figure does not tell: the "
-        f"axis ends at {FOUR['axis_hz']} Hz, so that both branches lie in the lowest fifth; the "
-        "lower frame shows them enlarged."
+        f"{analytic.at_top[0]:.1f} Hz: {apart:.1%} apart. The axis of its figure ends at "
+        f"{FOUR['axis_hz']} Hz; the lower frame shows both branches enlarged."
     )
 
 
@@ -350,8 +349,7 @@ def _effort_sections(found: list[Effort]) -> list[str]:
         "most; fewer: "
         + "; ".join(f"{e.modes} modes {e.error:.1e}" for e in found if e.modes < FOUR["modes"])
         + f". Beyond {FOUR['modes']} modes the time of the diagram grows with the power "
-        f"{power:.1f} of their number, of which this model has {int(counts[-1])} in all: at this "
-        "size it is calls, not arithmetic.",
+        f"{power:.1f} of their number, of which this model has {int(counts[-1])} in all.",
     ]
 
 

@@ -19,9 +19,14 @@ from solidwhirl.rotordyn import modes_at_speed
 ROOT = Path(__file__).resolve().parents[2]
 # Units that are sought, steps that bring one back to the targets, and its distance from the
 # identified one in the unit cube of the parameters.
-_UNITS, _STEPS, _AWAY = 4, 3, 0.35
-# Evaluations of a search for what a unit can reach, and what counts as reached.
-EVALUATIONS, _REACHED = 12, 0.05
+UNITS, _STEPS, _AWAY = 4, 3, 0.35
+#: Directions in which they are sought
+TRIES = 4 * UNITS
+#: Units of which a second variant is sought, those without a published frequency, and the number of
+#: models that each may ask
+SEARCHED = {"hp": 60, "fan": 300}
+# Tolerance of the frequency that is wanted of it.
+_REACHED = 0.05
 # Fixed-interface pairs that are kept for each pair that is asked for.
 _KEPT = 3
 
@@ -59,8 +64,8 @@ def equally_good(unit: str, speed_rpm: float, store: StageStore) -> list[Turning
     back = np.linalg.pinv(slopes)
     random = np.random.default_rng(problem.spec.settings.seed)
     free = np.linalg.svd(slopes)[2][np.linalg.matrix_rank(slopes) :].T
-    for _ in range(4 * _UNITS):
-        if len(units) > _UNITS:
+    for _ in range(TRIES):
+        if len(units) > UNITS:
             break
         direction = free @ random.standard_normal(free.shape[1])
         point = _inside(start + _AWAY * direction / np.abs(direction).max())
@@ -127,10 +132,13 @@ class Counted:
 class Reached:
     """What a search reaches that asks for the frequency of a pair of modes beside the targets.
 
-    `missed`: relative deviations of the other targets, by name.
+    `missed`: relative deviations of the other targets, by name; `models`: evaluations of the whole
+    model; `ended`: why the search did.
     """
 
     pair_hz: float
+    models: int
+    ended: str
     missed: dict[str, float]
 
 
@@ -163,10 +171,15 @@ def with_highest_mode(unit: str, pair: int, wanted_hz: float, store: StageStore)
     scene = {**problem.scene, "model": {**problem.scene["model"], "modes": 2 * pair}}
     model = Model(replace(problem, spec=spec, scene=scene), store)
     model.given = model.point({p["name"]: p["value"] for p in record["parameters"]})
-    model.limit = EVALUATIONS
+    model.limit = SEARCHED[unit]
     last, _ = search(model, lambda text: None)
-    model.limit = None
+    model.limit, models = None, model.evaluations
     found = model.whole(last.point, coarse)
     names = [t.name for t in problem.spec.targets]
     missed = found[:-1] / np.array([t.value for t in problem.spec.targets]) - 1.0
-    return Reached(pair_hz=float(found[-1]), missed=dict(zip(names, missed.tolist(), strict=True)))
+    return Reached(
+        pair_hz=float(found[-1]),
+        models=models,
+        ended=last.ended,
+        missed=dict(zip(names, missed.tolist(), strict=True)),
+    )

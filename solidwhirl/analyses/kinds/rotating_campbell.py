@@ -15,7 +15,7 @@ from solidwhirl.core.fields import MOST, Count
 from solidwhirl.core.outcome import Outcome, PageSection
 from solidwhirl.core.plain_data import Labels
 from solidwhirl.rotordyn.campbell.body_frames import RotatingCampbell, campbell_seen_by_body
-from solidwhirl.rotordyn.core.arrays import BoolArray
+from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, IntArray
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.plots.modes import FrameCurves, frame_chart, is_drawn
 
@@ -129,19 +129,35 @@ def frames_of(document: Mapping[str, Any]) -> list[FrameCurves]:
     return found
 
 
+def own_branches(bodies: Mapping[str, Any]) -> dict[str, tuple[IntArray, IntArray]]:
+    """Return the branches of each body: those that bend, and those of torsion and axial motion.
+
+    `bodies`: of the document of the analysis. A branch is that of the body with the most of its
+    kinetic energy over the speeds. It is torsion or axial motion, which turning leaves as it is, if
+    most of the motion there has the order 0.
+    """
+    moved = np.array([np.nan_to_num(numbers(b[_ENERGY])).mean(axis=1) for b in bodies.values()])
+    found = {}
+    for k, (body, frame) in enumerate(bodies.items()):
+        order = np.array(frame["orders"])[_mean_share(frame).argmax(axis=0)]
+        is_own = moved.argmax(axis=0) == k
+        found[body] = np.flatnonzero(is_own & (order != 0)), np.flatnonzero(is_own & (order == 0))
+    return found
+
+
+def _mean_share(frame: Mapping[str, Any]) -> FloatArray:
+    """Shares of components (c, b) over the speeds."""
+    return np.asarray(np.nan_to_num(numbers(frame["share"])).mean(axis=2))
+
+
 def _first_branches(document: Mapping[str, Any]) -> dict[str, BoolArray]:
     """Which components (c, b) of the lowest branches of each body are drawn at first.
 
-    A branch is that of the body with the most of its kinetic energy over the speeds; of its
-    components, the larger ones are drawn.
+    Of the branches that bend, the larger components are.
     """
     wanted, bodies = document.get("branches", ()), document["bodies"]
-    if not wanted:
-        return {}
-    moved = np.array([np.nan_to_num(numbers(b[_ENERGY])).mean(axis=1) for b in bodies.values()])
     found = {}
-    for k, (body, count) in enumerate(zip(bodies, wanted, strict=True)):
-        own = np.flatnonzero(moved.argmax(axis=0) == k)[:count]
-        share = np.nan_to_num(numbers(bodies[body]["share"])).mean(axis=2)
-        found[body] = (share >= _MAIN) & np.isin(np.arange(share.shape[1]), own)
+    for (body, (bent, _)), count in zip(own_branches(bodies).items(), wanted, strict=False):
+        share = _mean_share(bodies[body])
+        found[body] = (share >= _MAIN) & np.isin(np.arange(share.shape[1]), bent[:count])
     return found

@@ -13,7 +13,7 @@ from everything import everything
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from solidwhirl.analyses.kinds.rotating_campbell import frames_of
+from solidwhirl.analyses.kinds.rotating_campbell import frames_of, own_branches
 from solidwhirl.analyses.kinds.run_up import beyond, response_peaks
 from solidwhirl.analyses.kinds.stability import stability_blocks
 from solidwhirl.analyses.kinds.state_space import responses as responses_of_model
@@ -178,6 +178,23 @@ def test_frames_draw_the_lowest_own_branches_at_first():
         shown = {int(c.texts[0].split()[1].rstrip(",")) - 1 for c in frame_curves(frame)
                  if not c.is_quiet}  # fmt: skip
         assert shown <= set(wanted.tolist()) and shown
+
+
+def test_torsion_is_apart_from_branches_that_bend():
+    def frame(energy, share):
+        return {
+            "orders": [1, -1, 0],
+            "share_of_kinetic_energy": [[e, e] for e in energy],
+            "share": [[[s, s] for s in row] for row in share],
+        }
+
+    lp = frame([0.9, 0.7, 0.2], [[0.8, 0.0, 0.1], [0.2, 0.0, 0.9], [0.0, 1.0, 0.0]])
+    hp = frame([0.1, 0.3, 0.8], [[0.5, 0.0, 0.6], [0.5, 0.0, 0.4], [0.0, 1.0, 0.0]])
+    found = own_branches({"lp": lp, "hp": hp})
+    assert {body: [own.tolist() for own in two] for body, two in found.items()} == {
+        "lp": [[0], [1]],
+        "hp": [[2], []],
+    }
 
 
 def test_a_line_through_zero_has_a_point_there():

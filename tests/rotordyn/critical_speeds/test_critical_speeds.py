@@ -245,6 +245,27 @@ def test_law_that_is_constant_changes_nothing(ratio):
     assert count_critical_speeds(searched, ratio, 3000.0).count == len(direct)
 
 
+def test_shafts_that_nothing_joins_have_the_critical_speeds_of_each():
+    held = {"soft": 1e8, "stiff": 2e8}
+    bearings = {
+        name: [
+            connect(f"{name} {end}", f"{name}.{end}", None, k, 0.0, 0.0, speed_law=LEE_ISOTROPIC)
+            for end in ("left", "right")
+        ]
+        for name, k in held.items()
+    }
+    shafts = {name: turning(three_disk_element()) for name in held}
+    both = rd.assemble(shafts, (*bearings["soft"], *bearings["stiff"]), "soft")
+    found = [c.speed_rad_s for c in rd.critical_speeds(both, 1.0, 2500.0)]
+    alone = [
+        c.speed_rad_s
+        for name in held
+        for c in rd.critical_speeds(rd.assemble({name: shafts[name]}, bearings[name]), 1.0, 2500.0)
+    ]
+    assert len(alone) >= 8
+    np.testing.assert_allclose(found, np.sort(alone), rtol=1e-10)
+
+
 def test_whirl_directions_apart_or_together():
     """Half-size real problems against one Hermitian problem of full size."""
     bearings = [_law_bearing(end, LEE_ISOTROPIC, 2e8) for end in ("left", "right")]

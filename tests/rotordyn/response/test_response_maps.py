@@ -10,6 +10,7 @@ from scipy.optimize import minimize_scalar
 from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.assembly.coordinates import interface_row, joint_motion
 from solidwhirl.rotordyn.assembly.system import with_bearing_stiffness
+from solidwhirl.rotordyn.core.errors import NoSteadyResponseError
 from solidwhirl.rotordyn.core.ledger import SYSTEMS
 from solidwhirl.rotordyn.response import map_peaks, stiffness_maps
 from solidwhirl.rotordyn.response.harmonic_response import harmonic_response
@@ -400,3 +401,20 @@ def test_the_top_of_a_peak_of_hardly_any_width_is_found():
     place, top, error = map_peaks.summits(row, np.abs(row.motion[:, 0]))
     assert place == pytest.approx([100.0], rel=1e-15) and top == pytest.approx([1e14])
     assert np.isfinite(error).all()
+
+
+@pytest.mark.parametrize("lost", [1e-9, 1.0])
+def test_a_peak_without_steady_response_keeps_its_highest_point(lost):
+    """No height is known then: the error is infinite, and other peaks are found."""
+
+    def respond(frequencies):
+        if (np.abs(frequencies - 100.0) < lost).any():
+            raise NoSteadyResponseError("undamped")
+        motion = 1.0 / (100.0 - frequencies) + 1.0 / (200.0 - frequencies + 0.5j)
+        return np.stack((motion, 0.0 * motion), axis=1)
+
+    known = np.array([97.0, 98.5, 101.5, 103.0, 199.0, 199.9, 201.0])
+    row = map_peaks.Row(known, respond(known), respond)
+    place, top, error = map_peaks.summits(row, np.abs(row.motion[:, 0]))
+    assert error[0] == np.inf and top[0] >= np.abs(row.motion[1:3, 0]).max()
+    assert place[1] == pytest.approx(200.0, rel=1e-3) and error[1] < 1e-2
