@@ -95,7 +95,6 @@ class Pencil(NamedTuple):
             inertia=self.inertia[block],
             laws=tuple(law for law in laws if law.motion.any()),
             first=self.first[at],
-            phase=self.phase[at],
             second=self.second[at] if has_second else self.second,
             phase=self.phase[at],
             turn=self.turn[at] if has_second else self.turn,
