@@ -69,9 +69,9 @@ def effects() -> None:
         (f"{scene['scene']}: {row['effect'].replace('_', ' ')}", row["on"], row["cost_s"])
         for scene in scenes
         for row in scene["rows"]
-        if abs(row["cost_s"]) > 0.05 * scene["cpu_s"]
+        if abs(row["cost_s"]) > 0.1 * scene["cpu_s"]
     ]
-    title = "What effects cost: on as the scene calls for, or left out and saved"
+    title = "Effects: what they cost, or save where left out"
     height = 30.0 + 5.0 * len(rows)
     with picture(DOCS / "readme_effects.png", title, height, width_mm=_WIDTH_MM) as (_, axes):
         for is_on, label, color in ((True, "on", _ON), (False, "left out", _OFF)):

@@ -49,7 +49,7 @@ def _table(bodies: Mapping[str, Any], results: Mapping[str, BodyResult]) -> Tabl
     rows = []
     for name, result in results.items():
         mesh, size = bodies[name]["mesh"], result.mesh.size
-        kind = "meridian, triangles" if result.mesh.dimension == 2 else "solid, tetrahedra"
+        kind = _kind(result.mesh)
         rows.append(
             (
                 name,
@@ -71,6 +71,15 @@ def _table(bodies: Mapping[str, Any], results: Mapping[str, BodyResult]) -> Tabl
         "least value is a bound over whole elements, not a sample. Straightened: elements whose "
         "curved edges were made straight, as they were nearly folded.",
     )  # fmt: skip
+
+
+def _kind(mesh: Mesh) -> str:
+    if mesh.dimension == 2:
+        return "meridian, triangles"
+    if mesh.sector is None:
+        return "solid, tetrahedra"
+    part = "half of one" if mesh.sector.mirrored else "one"
+    return f"solid, tetrahedra: {part} of {mesh.sector.count} equal sectors"
 
 
 def plane_chart(meshes: Mapping[str, Mesh], most_edges: int) -> Chart:
