@@ -69,7 +69,7 @@ def controlled_motions(parts: Controlled, speed_rad_s: float) -> Spectrum:
     scale = scale_by_stiffness(even, mass, parts.system.body_rate).scale
     n, states = len(mass), len(found.states)
     shift = 0.0
-    if _condition(_slow(found, scale, 0.0)) > _SINGULAR:
+    if np.linalg.cond(_balanced(_slow(found, scale, 0.0))[0]) > _SINGULAR:
         shift = _SLOW / float(np.sqrt((scale**2 * np.diag(mass)).max()))
     # from the inverse, so that slow motions keep their digits
     velocity = found.velocity + shift * mass
@@ -77,7 +77,8 @@ def controlled_motions(parts: Controlled, speed_rad_s: float) -> Spectrum:
     right[:n, :n] = -scale[:, None] * velocity * scale
     right[:n, n : 2 * n] = -scale[:, None] * mass * scale
     right[n:, 2 * n :] = np.eye(states)
-    moved = la.solve(_slow(found, scale, shift), right)
+    held, rows, columns = _balanced(_slow(found, scale, shift))
+    moved = la.solve(held, right / rows) / columns
     rates = shift * moved[:n]
     rates[:, :n] += np.eye(n)
     inverse = np.vstack((moved[:n], rates, moved[n:]))
@@ -131,12 +132,18 @@ def _slow(found: _Matrices, scale: FloatArray, rate: float) -> FloatArray:
     )
 
 
-def _condition(matrix: FloatArray) -> float:
-    """Return the condition of a matrix whose rows and columns have units of their own."""
+def _balanced(matrix: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return a matrix whose rows and columns have units of their own without these, and them.
+
+    The units, (n, 1) each: matrix = rows · balanced · columnsᵀ.
+    """
+    units = [np.ones((len(matrix), 1)), np.ones((1, len(matrix)))]
     for axis in (0, 1, 0, 1):
         size = np.abs(matrix).max(axis=axis, keepdims=True)
-        matrix = matrix / np.where(size > 0.0, size, 1.0)
-    return float(np.linalg.cond(matrix))
+        size[size == 0.0] = 1.0
+        matrix = matrix / size
+        units[1 - axis] = units[1 - axis] * size
+    return matrix, units[0], units[1].T
 
 
 def state_matrix(parts: Controlled, speed_rad_s: float) -> FloatArray:

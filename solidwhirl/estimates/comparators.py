@@ -80,7 +80,7 @@ def coupling_comparison(scene: Scene, bodies: Mapping[str, Body]) -> tuple[Other
     slots; empty where no joint acts on a meshed body, or the other coupling can not be had
     (surfaces that touch).
     """
-    joints, looked_at = places_of_joints(scene), places_of_responses(scene)
+    joints, looked_at = places_of_joints(scene), places_looked_at(scene)
     as_is, flipped = {}, {}
     for name, body in bodies.items():
         # interfaces that nothing acts on add no stiffness, but cost time
@@ -110,9 +110,9 @@ def coupling_comparison(scene: Scene, bodies: Mapping[str, Body]) -> tuple[Other
     return (OtherBodies(part="interface_coupling", first=first, second=second),)
 
 
-def places_of_responses(scene: Scene) -> frozenset[str]:
-    """Return the places of unbalance responses, whose peaks are compared."""
-    found: set[str] = set()
+def places_looked_at(scene: Scene) -> frozenset[str]:
+    """Return the places of unbalance responses, whose peaks are compared, and of sensors."""
+    found = {bearing.sensor for bearing in scene.bearings if bearing.sensor is not None}
     for spec in scene.analyses:
         if isinstance(spec, UnbalanceResponseSpec):
             found |= {u.at for u in spec.unbalances} | set(spec.observe)

@@ -19,7 +19,7 @@ from solidwhirl.estimates.comparators import (
     OtherBodies,
     beam_comparison,
     coupling_comparison,
-    places_of_responses,
+    places_looked_at,
     step_comparisons,
 )
 from solidwhirl.estimates.peaks import with_peak_estimates
@@ -338,7 +338,7 @@ def _comparisons(engine: Engine) -> tuple[Comparison, ...]:
     if engine.reduced:  # beams are compared in milliseconds
         bodies = bodies_asked(job, {n: r.body for n, r in engine.reduced.items()})
         chosen = [r.discretisation for r in engine.reduced.values()]
-        places = [sorted(p(job.scene)) for p in (places_of_joints, places_of_responses)]
+        places = [sorted(p(job.scene)) for p in (places_of_joints, places_looked_at)]
         key = job.stage_cache.key("comparisons", bodies, chosen, places, job.scene.campbell)
         found += job.stage_cache.stage("comparisons", key, partial(_compared, engine))
     return tuple(_assembled(engine, other) for other in found)

@@ -9,6 +9,8 @@ from symmetric_rotor import ARM, MOMENT, rotor, run
 
 from solidwhirl.core.errors import SceneError
 from solidwhirl.datasets.results import datasets
+from solidwhirl.pipeline.run import run_scene
+from solidwhirl.rotordyn.modes.controlled import controlled, state_matrix
 from solidwhirl.rotordyn.plots.chart import Rule
 from solidwhirl.scene_reading.reader import parse_scene
 
@@ -127,3 +129,48 @@ def test_refusals(law, keys, says):
 def test_no_magnets():
     with pytest.raises(SceneError, match="no bearing has a law of that kind"):
         parse_scene({**rotor(), "analyses": [ASKED]})
+
+
+@pytest.mark.solver
+def test_meshed_spindle_with_a_sensor_beside_its_magnets():
+    """States that are much faster than the rotor, and an interface where nothing but a sensor is.
+
+    Roots of the Campbell diagram solve the closed system's state matrix, which scales otherwise.
+    """
+    pid = {"kind": "pid", "proportional_a_per_m": 2e4, "derivative_a_s_per_m": 45}
+    law = {"kind": "magnetic", "current_stiffness_n_per_a": 250, "amplifier_hz": 8000}
+    law |= {"negative_stiffness_n_per_m": 1.2e6, "controller": {**pid, "roll_off_hz": 4000}}
+    wheel = {"name": "wheel", "start_m": 0.6, "end_m": 0.63, "outer_radius_m": 0.09}
+    places = {"left": 0.1, "right": 0.5, "probe": 0.53}
+    spindle = {
+        "name": "spindle",
+        "speeds": {"list_rpm": [0.0, 24000.0]},
+        "model": {"level": "harmonic", "accuracy": 5e-2},
+        "bodies": {
+            "rotor": {
+                "material": "steel",
+                "sections": [
+                    {"name": "shaft", "start_m": 0.0, "end_m": 0.7, "outer_radius_m": 0.025},
+                    {**wheel, "inner_radius_m": 0.025},
+                ],
+                "interfaces": [
+                    {"name": n, "kind": "section", "at_m": at} for n, at in places.items()
+                ],
+            }
+        },
+        "speed_laws": {"amb": law},
+        "bearings": [
+            {"name": "left", "first": "rotor.left", "speed_law": "amb"},
+            {"name": "right", "first": "rotor.right", "sensor": "rotor.probe", "speed_law": "amb"},
+        ],
+    }
+    results = run_scene(parse_scene(spindle))
+    assert all(check.passed is not False for check in results.checks)
+    (coupling,) = [c for c in results.estimates.comparisons if c.part == "interface_coupling"]
+    assert coupling.second_elements.keys() == {"rotor"}
+    known = np.linalg.eigvals(state_matrix(controlled(results.system), 0.0))
+    found = results.campbell.eigenvalues[:, 0]
+    away = np.abs(np.subtract.outer(found[np.isfinite(found)], known)).min(axis=1)
+    assert found.size > 2
+    # the state matrix loses digits to its fastest states, near 1e5 1/s
+    assert away.max() < 1e-9 * np.abs(known).max()
