@@ -21,6 +21,8 @@ from solidwhirl.rotordyn.modes.eigen import Modes, mode_columns, modes_at_speed
 # Steps of the search for a damped critical speed, and its relative accuracy.
 _ROOT_STEPS = 80
 _ROOT_ACCURACY = 1e-12
+# Farther from the line, relative, nothing has met it.
+_ON_LINE = 1e-6
 # A motion that begins below this fraction of the largest speed may begin at rest.
 _AT_REST = 1e-6
 
@@ -95,7 +97,8 @@ def _solve_on_branch(
 ) -> Meeting | None:
     """Return Ω, λ and φ where a branch meets the line between two speeds (Illinois method).
 
-    None for an overdamped motion that ceases to oscillate on the way.
+    None for an overdamped motion that ceases to oscillate on the way, and for two branches that
+    were taken for one: these close in on a jump across the line.
     """
     miss_low, miss_high = _miss(low, ratio), _miss(high, ratio)
     nearest = low
@@ -114,6 +117,8 @@ def _solve_on_branch(
         else:
             miss_low *= 0.5
         high, miss_high = nearest, miss
+    if abs(_miss(nearest, ratio)) > _ON_LINE * ratio * nearest.speed_rad_s:
+        return None
     return Meeting(nearest.speed_rad_s, complex(nearest.eigenvalues[0]), nearest.shapes[:, 0])
 
 
