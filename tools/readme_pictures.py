@@ -71,7 +71,7 @@ def effects() -> None:
         for row in scene["rows"]
         if abs(row["cost_s"]) > 0.1 * scene["cpu_s"]
     ]
-    title = "Effects: what they cost, or save where left out"
+    title = "Effects: seconds of a run"
     height = 30.0 + 5.0 * len(rows)
     with picture(DOCS / "readme_effects.png", title, height, width_mm=_WIDTH_MM) as (_, axes):
         for is_on, label, color in ((True, "on", _ON), (False, "left out", _OFF)):
