@@ -134,8 +134,10 @@ def own_branches(bodies: Mapping[str, Any]) -> dict[str, tuple[IntArray, IntArra
 
     `bodies`: of the document of the analysis. A branch is that of the body with the most of its
     kinetic energy over the speeds. It is torsion or axial motion, which turning leaves as it is, if
-    most of the motion there has the order 0.
+    most of the motion there has the order 0. Empty without a branch.
     """
+    if not any(len(body[_ENERGY]) for body in bodies.values()):
+        return {}  # nothing vibrates
     moved = np.array([np.nan_to_num(numbers(b[_ENERGY])).mean(axis=1) for b in bodies.values()])
     found = {}
     for k, (body, frame) in enumerate(bodies.items()):
