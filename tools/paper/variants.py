@@ -10,10 +10,12 @@ from typing import Any
 import numpy as np
 
 from solidwhirl.cache.files import StageStore
+from solidwhirl.core.stages import silent
 from solidwhirl.identify.model import InfeasibleError, Model, lean_scene, model_scene
 from solidwhirl.identify.problem import Problem, TargetSpec, read_problem
 from solidwhirl.identify.search import search
-from solidwhirl.pipeline.run import run_scene
+from solidwhirl.pipeline.cached_stages import StageCache
+from solidwhirl.pipeline.run import Results, run_scene
 from solidwhirl.rotordyn import modes_at_speed
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -107,17 +109,26 @@ def _turning(
     """Modes of the unit at a speed."""
     problem, values = model.problem, model.values(point)
     accuracy = problem.spec.settings.coarse_accuracy
-    key = store.key("turning", problem.fingerprint, accuracy, speed_rpm, values)
-    found = store.find(key, lambda text: None)
-    if found is None:
+    stage_cache = StageCache(store=store, progress=silent)
+    key = stage_cache.key("turning", problem.fingerprint, accuracy, speed_rpm, values)
+
+    def modes() -> tuple[list[float], list[str]]:
         data = lean_scene(problem.scene_at(values))
-        results = run_scene(model_scene(problem, data, accuracy, [0.0, speed_rpm]))
-        assert results is not None
-        ends = results.campbell.frequency_hz[:, -1], results.campbell.whirl[:, -1]
-        order = np.argsort(ends[0])
-        found = (ends[0][order].tolist(), [str(w) for w in ends[1][order]])
-        store.keep(key, "modes", found, lambda text: None)
-    return Turning(frequency_hz=found[0], whirl=found[1], away=away)
+        diagram = _coarse(problem, data, [0.0, speed_rpm]).campbell
+        hertz, whirl = diagram.frequency_hz[:, -1], diagram.whirl[:, -1]
+        order = np.argsort(hertz)
+        return hertz[order].tolist(), [str(w) for w in whirl[order]]
+
+    hertz, whirl = stage_cache.stage("modes", key, modes)
+    return Turning(frequency_hz=hertz, whirl=whirl, away=away)
+
+
+def _coarse(problem: Problem, data: dict[str, Any], speeds_rpm: list[float]) -> Results:
+    """Results of a scene of a problem at some speeds, as its search computes them at first."""
+    accuracy = problem.spec.settings.coarse_accuracy
+    results = run_scene(model_scene(problem, data, accuracy, speeds_rpm))
+    assert results is not None  # one process alone
+    return results
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -147,10 +158,7 @@ def counted(unit: str, pair: int, limit_hz: float) -> Counted:
     problem, record = problem_of(unit)
     data = lean_scene(problem.scene_at({p["name"]: p["value"] for p in record["parameters"]}))
     data["model"] = {**data["model"], "modes": _KEPT * pair}
-    accuracy = problem.spec.settings.coarse_accuracy
-    results = run_scene(model_scene(problem, data, accuracy, [0.0]))
-    assert results is not None
-    hertz = modes_at_speed(results.system, 0.0).frequency_hz[::2]
+    hertz = modes_at_speed(_coarse(problem, data, [0.0]).system, 0.0).frequency_hz[::2]
     return Counted(pair_hz=float(hertz[pair - 1]), below=int(np.count_nonzero(hertz < limit_hz)))
 
 
@@ -172,7 +180,7 @@ def with_highest_mode(unit: str, pair: int, wanted_hz: float, store: StageStore)
     model = Model(replace(problem, spec=spec, scene=scene), store)
     model.given = model.point({p["name"]: p["value"] for p in record["parameters"]})
     model.limit = SEARCHED[unit]
-    last, _ = search(model, lambda text: None)
+    last, _ = search(model, silent)
     model.limit, models = None, model.evaluations
     found = model.whole(last.point, coarse)
     names = [t.name for t in problem.spec.targets]
