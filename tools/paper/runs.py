@@ -12,10 +12,12 @@ from pathlib import Path
 from typing import Any
 
 from solidwhirl.cache.files import StageStore
+from solidwhirl.core.blocks import numbers
 from solidwhirl.core.versions import package_versions
 from solidwhirl.output.documents import write_results
 from solidwhirl.pipeline.run import run_scene
 from solidwhirl.reduced_scene import ReducedScene
+from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.plots.chart import Chart
 from solidwhirl.rotordyn.plots.matplotlib_chart import draw_charts
 from solidwhirl.scene_reading.reader import read_scene, scene_hash
@@ -64,6 +66,12 @@ class Run:
         """What an analysis found."""
         found: dict[str, Any] = self.document["analyses"][name]
         return found
+
+    def branches(self, key: str) -> tuple[FloatArray, FloatArray]:
+        """Speeds of the Campbell diagram, rpm, and a quantity of its branches there, (b, s)."""
+        found = self.document["campbell"]
+        speeds = numbers(found["speed_rpm"])
+        return speeds, numbers(found[key]).reshape(-1, speeds.size)
 
     @property
     def errors_at_rest(self) -> list[float]:

@@ -26,6 +26,8 @@ from solidwhirl.rotordyn.response.orbits import elliptic_orbits
 
 FOUR = SOURCE["section_4"]
 TOP = FOUR["to_rpm"] * RAD_S_PER_RPM
+# Speeds of Figure 5.
+SPEEDS = np.linspace(0.0, TOP, FOUR["speeds"])
 ANALYTIC = "one-term Ritz (analytic)"
 # Numbers of modes that are tried, and runs of which the fastest counts.
 _COUNTS, _REPEATED = (2, 4, 6, 8, 12, 16, 32, 48, 64, 96), 3
@@ -132,9 +134,9 @@ def variant_of(model: OneTerm) -> Variant:
 
 
 def measured(name: str, system: AssembledSystem) -> Variant:
-    """Frequencies at rest and at 20 000 rpm, and the peaks that an unbalance excites."""
+    """Frequencies at rest and at the top speed, and the peaks that an unbalance excites."""
     count = min(3, system.size)
-    followed = campbell(system, np.linspace(0.0, TOP, 21), branch_count=count)
+    followed = campbell(system, SPEEDS, branch_count=count)
     found = critical_speeds(system, speed_max_rad_s=TOP)
     return Variant(
         name=name,
@@ -179,9 +181,8 @@ class Effort:
 
 
 def efforts(system: AssembledSystem) -> list[Effort]:
-    """Errors of the branches of Figure 5 and times of its 21 speeds over the number of modes."""
-    speeds = np.linspace(0.0, TOP, FOUR["speeds"])
-    whole = campbell(system, speeds, branch_count=2).frequency_hz
+    """Errors of the branches of Figure 5 and times of its speeds over the number of modes."""
+    whole = campbell(system, SPEEDS, branch_count=2).frequency_hz
     found = []
     for count in sorted({*_COUNTS, FOUR["modes"], system.size}):
         if count > system.size:
@@ -190,7 +191,7 @@ def efforts(system: AssembledSystem) -> list[Effort]:
         times = []
         for _ in range(_REPEATED):
             start = time.process_time()
-            hertz = campbell(small, speeds, branch_count=2).frequency_hz
+            hertz = campbell(small, SPEEDS, branch_count=2).frequency_hz
             times.append(time.process_time() - start)
         error = float(np.nanmax(np.abs(hertz / whole - 1.0)))
         found.append(Effort(modes=count, error=error, seconds=min(times)))
@@ -253,20 +254,17 @@ def _campbell_text(rows: list[Variant]) -> str:
 def _campbell_picture(model: OneTerm, bonded: Any, held: Any) -> str:
     curves = list[charts.Mark]()
     for number, (name, run) in enumerate(_solids(bonded, held)):
-        found = run.document["campbell"]
-        spins = numbers(found["speed_rpm"]) / 60.0
-        hertz = numbers(found["frequency_hz"]).reshape(-1, spins.size)
-        errors = numbers(found["frequency_error_estimate"]).reshape(hertz.shape) * hertz
+        rpm, hertz = run.branches("frequency_hz")
+        errors = run.branches("frequency_error_estimate")[1] * hertz
         look = replace(charts.series_look(number), size=4.0)
         curves += [
-            charts.Curve(x=spins, y=h, name=name, look=look, errors=e, errors_along="y")
+            charts.Curve(x=rpm / 60.0, y=h, name=name, look=look, errors=e, errors_along="y")
             for h, e in zip(hertz, errors, strict=True)
         ]
-    spins = np.linspace(0.0, TOP, FOUR["speeds"])
     look = replace(charts.series_look(2), mark="")
     curves += [
-        charts.Curve(x=spins / (2.0 * np.pi), y=branch, name=ANALYTIC, look=look)
-        for branch in np.array([model.frequencies(spin) for spin in spins]).T
+        charts.Curve(x=SPEEDS / (2.0 * np.pi), y=branch, name=ANALYTIC, look=look)
+        for branch in np.array([model.frequencies(spin) for spin in SPEEDS]).T
     ]
     low, high = (round(f, -1) for f in (min(model.frequencies(TOP)), max(model.frequencies(TOP))))
     whole = charts.Chart(

@@ -201,8 +201,11 @@ def _table_5_over_speed() -> list[Row]:
 
 def speed_of_ratio(ratio: float) -> float:
     """Return the speed at which kxx over that at rest has a value, the highest if several."""
-    roots = (KXX - ratio).roots()
-    return float(max(r.real for r in roots if abs(r.imag) < 1e-9 * abs(r)))
+    return max(_real_roots(KXX - ratio))
+
+
+def _real_roots(polynomial: Polynomial) -> list[float]:
+    return [float(r.real) for r in polynomial.roots() if abs(r.imag) < 1e-9 * abs(r)]
 
 
 def _bearing_sections(rows: Sequence[Row]) -> list[str]:
@@ -227,7 +230,7 @@ def _bearing_sections(rows: Sequence[Row]) -> list[str]:
         replace(law_chart([(law, matrices[key])], key.capitalize(), "1"), title=key) for key in both
     ]
     negative = {
-        name: float(min(r.real for r in p.roots() if abs(r.imag) < 1e-9 * abs(r) and r.real > 0))
+        name: min(root for root in _real_roots(p) if root > 0)
         for name, p in (("x", DXX), ("y", DYY))
     }
     ends = words((KXX(0.0), KYY(0.0), DXX(0.0), DYY(0.0)), ".3g")
@@ -400,9 +403,7 @@ def _table_6(lp: Any) -> list[Row]:
 
 def _error_at(run: Any, rpm: float) -> float:
     """Largest estimated error of the branches of a diagram at its speed nearest to this one."""
-    found = run.document["campbell"]
-    speeds = numbers(found["speed_rpm"])
-    errors = numbers(found["frequency_error_estimate"]).reshape(-1, speeds.size)
+    speeds, errors = run.branches("frequency_error_estimate")
     return float(np.nanmax(errors[:, int(np.abs(speeds - rpm).argmin())]))
 
 
@@ -437,12 +438,21 @@ def _frequency_sections(lp: Any, rows: Sequence[Row]) -> list[str]:
     ]
 
 
+def _by_rank(hertz: Sequence[Sequence[float] | np.ndarray]) -> np.ndarray:
+    """Frequencies of units as far as all of them have one, (units, modes)."""
+    count = min(map(len, hertz))
+    return np.array([own[:count] for own in hertz])
+
+
+def _seen_by(unit: Turning) -> np.ndarray:
+    """Frequencies that a unit sees."""
+    return _rotating(unit.frequency_hz, unit.whirl, SIX["rpm"] / 60.0)
+
+
 def _spread_table(units: Sequence[Turning]) -> str:
     """Frequencies at speed of the identified unit and of all, by rank."""
-    count = min(len(u.frequency_hz) for u in units)
-    spin = SIX["rpm"] / 60.0
-    fixed = np.array([u.frequency_hz[:count] for u in units])
-    seen = np.array([_rotating(u.frequency_hz[:count], u.whirl[:count], spin) for u in units])
+    fixed = _by_rank([u.frequency_hz for u in units])
+    seen = _by_rank([_seen_by(u) for u in units])
     rows = [
         (
             str(k + 1),
@@ -452,7 +462,7 @@ def _spread_table(units: Sequence[Turning]) -> str:
             f"{seen[0, k]:.1f}",
             f"{seen[:, k].min():.1f} to {seen[:, k].max():.1f}",
         )
-        for k in range(count)
+        for k in range(fixed.shape[1])
     ]
     head = ("mode", "whirl", "identified [Hz]", "all", "rotating frame [Hz]", "all in that frame")
     return markdown(head, rows)
@@ -460,17 +470,15 @@ def _spread_table(units: Sequence[Turning]) -> str:
 
 def _spread_text(units: Sequence[Turning]) -> str:
     """How many equally good units there are, how far apart, and what none of them has."""
-    spin, away = SIX["rpm"] / 60.0, [u.away for u in units[1:]]
+    away = [u.away for u in units[1:]]
     text = (
         f"Is that a matter of the unit chosen? {SOUGHT} other units were sought in {TRIES} tries "
         "along the directions that the eight printed numbers leave free, and "
     )
     if not away:
         return text + "none was found that meets all of them to their tolerances."
-    count = min(len(u.frequency_hz) for u in units)
-    fixed = np.array([u.frequency_hz[:count] for u in units])
-    spread = np.ptp(fixed, axis=0)
-    every = [f for u in units for f in (*u.frequency_hz, *_rotating(u.frequency_hz, u.whirl, spin))]
+    spread = np.ptp(_by_rank([u.frequency_hz for u in units]), axis=0)
+    every = [f for u in units for f in (*u.frequency_hz, *_seen_by(u))]
     lost = [f for f in SIX["undamped"] if np.abs(np.array(every) / f - 1.0).min() > _NEAR]
     return (
         f"{text}{len(away)} were found that meet all of them to their tolerances; their parameter "
@@ -574,10 +582,9 @@ def _waterfall_sections(lp: Any) -> list[str]:
         x=replace(flat.x, label="frequency that the rotor sees"),
         title="in the rotating frame; rings: the paper's peaks",
     )
-    diagram, rows = lp.document["campbell"], []
-    speeds = numbers(diagram["speed_rpm"])
-    branches = numbers(diagram["frequency_hz"]).reshape(-1, speeds.size)
-    whirls = list(zip(*diagram["whirl"], strict=True))
+    rows = []
+    speeds, branches = lp.branches("frequency_hz")
+    whirls = list(zip(*lp.document["campbell"]["whirl"], strict=True))
     for speed, f in SOURCE["figure_16"]["peaks"]:
         fixed = np.array([np.interp(speed, speeds, branch) for branch in branches])
         turned = _rotating(fixed, whirls[int(np.abs(speeds - speed).argmin())], speed / 60.0)
