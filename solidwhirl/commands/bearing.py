@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -205,22 +205,13 @@ def _write(options: BearingOptions, table: CoefficientTable, path: Path) -> None
 
 def show_table(console: Console, table: CoefficientTable) -> None:
     """Print the coefficients of a table, what its reader noted, and what they say of themselves."""
-    from rich import box
-    from rich.table import Table
     from rich.text import Text
 
     from solidwhirl.bearing_tables.checks import findings
     from solidwhirl.bearing_tables.csv_files import columns_of
-    from solidwhirl.core.key_units import label_of
 
     heads, numbers = columns_of(table)
-    shown = Table(box=box.SIMPLE_HEAD, title=Text(table.source), title_justify="left")
-    for head in heads:
-        shown.add_column(label_of(head).replace(" ", "\n"), justify="right")
-    for row in numbers[:_MOST_ROWS]:
-        digits = (4 if head[0] in "kcm" else 6 for head in heads)
-        shown.add_row(*(f"{v:.{n}g}" for v, n in zip(row, digits, strict=True)))
-    console.print(shown)
+    _show_rows(console, table.source, heads, numbers[:_MOST_ROWS])
     if len(numbers) > _MOST_ROWS:
         console.print(Text(f"and {len(numbers) - _MOST_ROWS} more rows"))
     for line in (*table.notes, *findings(table)):
@@ -229,24 +220,35 @@ def show_table(console: Console, table: CoefficientTable) -> None:
 
 def show_axial(console: Console, found: AxialCoefficients) -> None:
     """Print the coefficients along the axis and where a scene has them."""
-    from rich import box
-    from rich.table import Table
     from rich.text import Text
 
-    from solidwhirl.core.key_units import label_of
     from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 
-    title = Text(f"{found.source}, along z")
-    shown = Table(box=box.SIMPLE_HEAD, title=title, title_justify="left")
-    for head in ("speed_rpm", "kzz_n_per_m", "czz_n_s_per_m"):
-        shown.add_column(label_of(head).replace(" ", "\n"), justify="right")
+    heads = ("speed_rpm", "kzz_n_per_m", "czz_n_s_per_m")
     rows = zip(
         found.speeds_rad_s * RPM_PER_RAD_S,
         found.stiffness_n_per_m,
         found.damping_n_s_per_m,
         strict=True,
     )
-    for speed, stiffness, damping in rows:
-        shown.add_row(f"{speed:.6g}", f"{stiffness:.4g}", f"{damping:.4g}")
-    console.print(shown)
+    _show_rows(console, f"{found.source}, along z", heads, rows)
     console.print(Text(_AXIAL), soft_wrap=True)
+
+
+def _show_rows(
+    console: Console, title: str, heads: Sequence[str], rows: Iterable[Iterable[float]]
+) -> None:
+    """Print columns under their keys: coefficients with four digits, all else with six."""
+    from rich import box
+    from rich.table import Table
+    from rich.text import Text
+
+    from solidwhirl.core.key_units import label_of
+
+    shown = Table(box=box.SIMPLE_HEAD, title=Text(title), title_justify="left")
+    for head in heads:
+        shown.add_column(label_of(head).replace(" ", "\n"), justify="right")
+    for row in rows:
+        digits = (4 if head[0] in "kcm" else 6 for head in heads)
+        shown.add_row(*(f"{v:.{n}g}" for v, n in zip(row, digits, strict=True)))
+    console.print(shown)
