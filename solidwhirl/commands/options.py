@@ -141,8 +141,7 @@ def chosen_scene(path: Path, level: str | None, accuracy: float | None) -> Scene
         raise SceneError("command line", problems) from error
     if level is None:  # its analyses were looked at with the file
         return changed
-    if level == "beam":
-        changed = _without_recoveries(changed)
+    changed = _without_recoveries(changed)
     # what an analysis needs may be there on the scene's own level alone
     problems = [f"--level: {p}" for p in (*recovery_problems(changed), *analysis_problems(changed))]
     if problems:
@@ -151,11 +150,9 @@ def chosen_scene(path: Path, level: str | None, accuracy: float | None) -> Scene
 
 
 def _without_recoveries(scene: Scene) -> Scene:
-    left = [
-        a.label
-        for a in scene.analyses
-        if a.kind == "recovery" and set(a.bodies) & set(scene.bodies)
-    ]
+    from solidwhirl.scene_checks.recovery_references import recovers_beams
+
+    left = [a.label for a in scene.analyses if a.kind == "recovery" and recovers_beams(scene, a)]
     if left:
         said = f"--level beam leaves out {', '.join(left)}: beams have no stress to recover"
         typer.echo(f"warning: {said}", err=True)

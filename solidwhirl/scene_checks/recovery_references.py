@@ -36,6 +36,11 @@ def recovered_bodies(scene: Scene) -> tuple[str, ...]:
     return tuple(dict.fromkeys(asked))
 
 
+def recovers_beams(scene: Scene, spec: RecoverySpec) -> bool:
+    """Whether a recovery asks for a body that the scene has as a beam."""
+    return scene.model.level == "beam" and not scene.bodies.keys().isdisjoint(spec.bodies)
+
+
 def meshes_for(scene: Scene) -> tuple[str, ...]:
     """Bodies whose mesh an analysis of the scene asks for."""
     own = [spec.body for spec in scene.analyses if spec.kind == "nodal_diameters"]
@@ -96,7 +101,7 @@ def _problems(scene: Scene, spec: RecoverySpec) -> Iterator[str]:
                 f"bodies[{k}]: {body!r} is no solid; only [bodies.NAME] and [mesh_bodies.NAME] "
                 "have stress in a solid"
             )
-    if scene.model.level == "beam" and set(spec.bodies) & set(scene.bodies):
+    if recovers_beams(scene, spec):
         yield (
             'bodies: with model.level = "beam" there is no solid to recover; choose "auto", '
             '"harmonic" or "solid"'
