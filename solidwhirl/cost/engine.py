@@ -9,6 +9,7 @@ from solidwhirl.cost import run_coefficients as measured
 from solidwhirl.model.imported_bodies import imported_element
 from solidwhirl.model.plan_records import Plan
 from solidwhirl.scene.bearing_physics import AbsoluteLaw
+from solidwhirl.scene.joints import SpeedLawSpec
 from solidwhirl.scene.records import Scene
 
 _COORDINATES = 100.0
@@ -38,16 +39,20 @@ def engine_size(plan: Plan, scene: Scene, coordinates: int) -> EngineSize:
     )
 
 
+def _laws(scene: Scene) -> list[SpeedLawSpec]:
+    """Speed laws of the bearings, one of several as often as they have it."""
+    return [scene.speed_laws[b.speed_law] for b in scene.bearings if b.speed_law is not None]
+
+
 def _frequencies(scene: Scene) -> int:
     """How many frequencies the tables of bearings have between them, at least 1."""
-    laws = [scene.speed_laws[b.speed_law] for b in scene.bearings if b.speed_law is not None]
-    tables = (law for law in laws if law.kind == "frequency_table")
+    tables = (law for law in _laws(scene) if law.kind == "frequency_table")
     return max(1, len({hertz for law in tables for hertz in law.frequency_hz}))
 
 
 def _uneven(scene: Scene) -> bool:
     """Whether a bearing is stiffer in one direction than across it, at some speed."""
-    laws = [scene.speed_laws[b.speed_law] for b in scene.bearings if b.speed_law is not None]
+    laws = _laws(scene)
     if any(law.kind in ("frequency_table", "magnetic") for law in laws):
         return True
     stiffnesses = [
