@@ -177,17 +177,15 @@ def _solid_traces(name: str, mesh: Mesh, color: str) -> Iterator[Trace]:
     used, faces = np.unique(faces, return_inverse=True)
     faces = faces.reshape(-1, 3)
     lighting = {"ambient": 0.75, "diffuse": 0.6, "specular": 0.05}
-    yield surface_trace(mesh.points[used], faces, name, {"color": color, "lighting": lighting})
+    surface = surface_trace(mesh.points[used], faces, name, {"color": color, "lighting": lighting})
+    yield surface
     edges = edges_of(faces)
     if len(edges) > _MOST_EDGES:
         return
-    x, y, z = (1e3 * mesh.points[used]).T
     yield {
         "type": "scatter3d",
         "mode": "lines",
-        "x": _apart(z, edges),
-        "y": _apart(x, edges),
-        "z": _apart(y, edges),
+        **{along: _apart(surface[along], edges) for along in "xyz"},
         "line": {"color": "@paper", "width": 1.5},
         "hoverinfo": "skip",
         "name": f"{name}: edges",
