@@ -184,19 +184,12 @@ def run_up(
     loads = _loads(assembled, unbalances, how)
     profile_pieces(profile, float(how.step_s), loads.turning.ratios)  # refused for the whole
     parts = _loaded_parts(assembled, loads, start)
-    run_of = partial(_integrated, assembled, how=how, start=start)
-    known = {} if known is None else known
-    runs = []
-    for part in parts:
-        key = (_key(assembled, part.coordinates), tuple(how.outputs), tuple(how.bearings))
-        if key not in known:
-            known[key] = run_of(profile, part)
-        runs.append(known[key])
+    runs = _runs(assembled, profile, parts, how, start, {} if known is None else known)
     stopped = min((r.stopped for r in runs if r.stopped is not None), key=_time, default=None)
     if stopped is not None:
         profile = shortened(profile, stopped.time_s)
         runs = [
-            run if run.stopped is stopped else run_of(profile, part)
+            run if run.stopped is stopped else _integrated(assembled, profile, part, how, start)
             for run, part in zip(runs, parts, strict=True)
         ]
     return run_record(
@@ -204,9 +197,7 @@ def run_up(
         profile,
         unbalances,
         how,
-        RecordedMotion(
-            *(sum(of_parts) for of_parts in zip(*(r.motion for r in runs), strict=True))
-        ),
+        _motion(runs),
         longest_block=max(run.longest_block for run in runs),
         energy=_energy(runs),
         balance_error=max(run.balance_error for run in runs),
@@ -220,12 +211,27 @@ def _time(stopped: Divergence) -> float:
     return stopped.time_s
 
 
+def _runs(
+    assembled: AssembledSystem,
+    profile: SpeedProfile,
+    parts: Sequence[_LoadedPart],
+    how: RunSettings,
+    start: MotionState,
+    known: dict[Hashable, PartRun],
+) -> list[PartRun]:
+    """Return the run of each part; what is known is taken, what is not is put there."""
+    runs = []
+    for part in parts:
+        key = (_key(assembled, part.coordinates), tuple(how.outputs), tuple(how.bearings))
+        if key not in known:
+            known[key] = _integrated(assembled, profile, part, how, start)
+        runs.append(known[key])
+    return runs
+
+
 def _motion(runs: Sequence[PartRun]) -> RecordedMotion:
     """Return the motion and the forces of all parts."""
-    first, *others = (run.motion for run in runs)
-    return RecordedMotion(
-        *(sum(of_parts[1:], of_parts[0]) for of_parts in zip(first, *others, strict=True))
-    )
+    return RecordedMotion(*(sum(parts) for parts in zip(*(r.motion for r in runs), strict=True)))
 
 
 def _energy(runs: Sequence[PartRun]) -> EnergyBalance:
