@@ -259,7 +259,7 @@ def _key(assembled: AssembledSystem, coordinates: IntArray) -> Hashable:
     """
     rows = assembled.transformation[:, coordinates].any(axis=1)
     bodies = tuple(
-        (name, id(rotor.element))
+        (name, rotor.element)
         for name, rotor in assembled.system.rotors.items()
         if rows[assembled.body_slices[name]].any()
     )
