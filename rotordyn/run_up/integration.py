@@ -288,10 +288,15 @@ def _loads(assembled: AssembledSystem, unbalances: Sequence[Unbalance], how: Run
 
 
 class _LoadedPart(NamedTuple):
-    """Coordinates that move by themselves, and the loads on them."""
+    """Groups of coordinates that move by themselves, and the loads on them."""
 
-    coordinates: IntArray
+    groups: Sequence[IntArray]
     loads: _Loads
+
+    @property
+    def coordinates(self) -> IntArray:
+        """All of them, rising."""
+        return np.sort(np.concatenate(self.groups))
 
 
 def _loaded_parts(
@@ -304,12 +309,13 @@ def _loaded_parts(
     every = np.column_stack((loads.turning.columns, loads.steady, loads.torsion))
     moves = (assembled.transformation.T @ every).any(axis=1)
     moves |= (start.displacement != 0) | (start.velocity != 0)
-    groups = [at for at in uncoupled_groups(assembled) if moves[at].any()]
+    every_group = uncoupled_groups(assembled)
+    groups = [at for at in every_group if moves[at].any()]
     if len(groups) < 2:
-        return [_LoadedPart(np.arange(assembled.size), loads)]
+        return [_LoadedPart(every_group, loads)]
     rows = [assembled.transformation[:, at].any(axis=1) for at in groups]
     rows[0] |= ~np.logical_or.reduce(rows)
-    return [_LoadedPart(at, loads.on(own)) for at, own in zip(groups, rows, strict=True)]
+    return [_LoadedPart([at], loads.on(own)) for at, own in zip(groups, rows, strict=True)]
 
 
 class PartRun(NamedTuple):
@@ -381,7 +387,7 @@ def _prepared(
     step_s, (turning, steady, torsion) = float(how.step_s), part.loads
     pieces = profile_pieces(profile, step_s, turning.ratios)
     parts = moving_parts(
-        assembled, modal_parts(assembled, part.coordinates), turning, (steady, torsion), start
+        assembled, modal_parts(assembled, part.groups), turning, (steady, torsion), start
     )
     speeds = profile.speeds_rad_s
     bases = [moving.basis for moving in parts]
