@@ -185,10 +185,15 @@ def compare_complexity(
     bands = _checked_bands(bands_hz)
     measured: dict[str, _Measured] = {}
     diverged: dict[str, Divergence] = {}
-    # models share the parts of the machine that are the same in them
-    known = {} if full is None else dict(full.parts)
+    # models share the parts of the machine that are the same in them and record the same
+    known, outputs = ({}, ()) if full is None else (dict(full.parts), full.run.outputs)
     run_of = partial(
-        run_up, known=known, step_s=step_s, record_every=record_every, bearings=[bearing]
+        run_up,
+        known=known,
+        step_s=step_s,
+        record_every=record_every,
+        outputs=outputs,
+        bearings=[bearing],
     )
     for name, system in variants.items():
         if full is not None and not measured:
