@@ -51,9 +51,7 @@ def standing_at(
     in their own frames.
     """
     system = assembled.system
-    # they are as the spin has them already
-    bearings = tuple(replace(b, cross_coupling="as_given") for b in system.bearings)
-    return assemble(at_rest(rotors, angle_rad), bearings, system.reference, system.gears)
+    return assemble(at_rest(rotors, angle_rad), system.bearings, system.reference, system.gears)
 
 
 def interface_turn(element: Superelement) -> FloatArray:

@@ -57,8 +57,14 @@ class Controller(ReadOnlyArrays):
     @property
     def integrates(self) -> bool:
         """Whether it has a pole at 0."""
-        poles = np.abs(np.linalg.eigvals(self.a)) if self.a.size else np.ones(1)
-        return bool((poles <= _AT_ZERO * poles.max()).any())
+        at_zero, _ = self._pole_sizes()
+        return at_zero.size > 0
+
+    def _pole_sizes(self) -> tuple[FloatArray, FloatArray]:
+        """Return the absolute values of the poles at 0, and of the others."""
+        sizes = np.abs(np.linalg.eigvals(self.a))
+        at_zero = sizes <= _AT_ZERO * sizes.max(initial=0.0)
+        return sizes[at_zero], sizes[~at_zero]
 
     def slow_gain(self) -> tuple[FloatArray, FloatArray]:
         """Return H(0) and H'(0), shape (m, p) each.
@@ -66,9 +72,8 @@ class Controller(ReadOnlyArrays):
         A controller that integrates has none: then H of a real s that is slow beside its other
         poles, or beside 1 1/s where it has none, and no derivative.
         """
-        if self.integrates:
-            poles = np.abs(np.linalg.eigvals(self.a))
-            others = poles[poles > _AT_ZERO * poles.max()]
+        at_zero, others = self._pole_sizes()
+        if at_zero.size:
             slow = _SLOW * float(others.min() if others.size else 1.0)
             return self.response(slow).real, np.zeros(self.d.shape)
         inner = np.linalg.solve(self.a, self.b)

@@ -185,12 +185,12 @@ def condensed(
     # bearings that depend on the frequency have that of each harmonic
     systems = [at_whirl_ratio(forced.assembled, k * ratio) for k in range(harmonics + 1)]
     known = {
-        id(system): (matrices_at_speed(system, speed_rad_s), speed_derivative(system, speed_rad_s))
-        for system in {id(system): system for system in systems}.values()
+        system: (matrices_at_speed(system, speed_rad_s), speed_derivative(system, speed_rad_s))
+        for system in set(systems)
     }
     found = []
     for k, (system, shift) in enumerate(zip(systems, forced.shifts(harmonics), strict=True)):
-        here, change = known[id(system)]
+        here, change = known[system]
         velocity = here.damping + here.gyroscopic
         held = shift * forced.motion.T @ forced.motion
         if k == 0 and forced.free.size:

@@ -75,6 +75,11 @@ def series_at(angle_rad: FloatArray, harmonics: int) -> tuple[FloatArray, FloatA
 def fourier(harmonics: int) -> Fourier:
     """Return the matrices of a number of harmonics."""
     count = max(_SAMPLES, 1 << int(np.ceil(np.log2(_PER_HARMONIC * (harmonics + 1)))))
+    return fourier_of(count, harmonics)
+
+
+def fourier_of(count: int, harmonics: int) -> Fourier:
+    """Return the matrices of a number of samples and of harmonics."""
     values, slopes = series_at(2.0 * np.pi * np.arange(count) / count, harmonics)
     back = 2.0 / count * values.T
     back[0] *= 0.5

@@ -15,7 +15,7 @@ import scipy.linalg as la
 from solidwhirl.rotordyn.assembly.system import matrices_at_speed
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
 from solidwhirl.rotordyn.nonlinear.forced_system import decaying_response
-from solidwhirl.rotordyn.nonlinear.harmonic_balance import joint_samples, series_at
+from solidwhirl.rotordyn.nonlinear.harmonic_balance import fourier_of, joint_samples
 from solidwhirl.rotordyn.nonlinear.stability import SmallMotions
 
 # Steps of a turn of the unbalance, and turns after which motions are taken as settled.
@@ -57,9 +57,7 @@ def settled(
             state = _stepped(small, step, state, load.real)
             if k >= first:
                 recorded[k - first] = state[0] @ small.motion.T
-    values, _ = series_at(2.0 * np.pi * np.arange(count) / count, harmonics)
-    back = 2.0 / count * values.T
-    back[0] *= 0.5
+    back = fourier_of(count, harmonics).coefficients
     return np.asarray(np.einsum("ht,tbj->bhj", back, recorded))
 
 

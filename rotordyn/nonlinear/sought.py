@@ -70,9 +70,9 @@ def repeats_earlier(motion_m: FloatArray, turns: int) -> bool:
     size = np.abs(as_complex(motion_m)).max(axis=1)
     order = np.arange(size.size)
     return any(
-        size[order % prime != 0].max() <= _SOME * size[1:].max()
-        for prime in range(2, turns + 1)
-        if turns % prime == 0 and all(prime % q for q in range(2, prime))
+        size[order % divisor != 0].max() <= _SOME * size[1:].max()
+        for divisor in range(2, turns + 1)
+        if turns % divisor == 0
     )
 
 

@@ -12,7 +12,6 @@ from solidwhirl.rotordyn.plots import chart as charts
 
 # Widths of lines by their part of the motion; those with less are not drawn.
 _WIDTHS = ((0.5, 3.0), (0.1, 1.8), (0.01, 0.9))
-_FAINT = 0.01
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -66,8 +66,8 @@ def static_chart(direction: str, states: Sequence[LoadedState]) -> charts.Chart:
     drawn = [_arrows(state, factor) for state in states]
     frame = _frame(states, drawn, factor)
     options = [
-        charts.Option(label=s.label, marks=_marks(s, arrows, factor, frame))
-        for s, arrows in zip(states, drawn, strict=True)
+        charts.Option(label=s.label, marks=_marks(s, arrows, places, factor, frame))
+        for s, arrows, places in zip(states, drawn, frame.places, strict=True)
     ]
     low, high = frame.ends_along_y
     return charts.Chart(
@@ -122,15 +122,35 @@ def _arrows(state: LoadedState, factor: float) -> list[_Drawn]:
     return found
 
 
+class _Place(NamedTuple):
+    """Where the number of an arrow stands along x and how, and in which row from the shafts on."""
+
+    x: float
+    align: str
+    is_below: bool
+    row: int
+
+
 class _Frame(NamedTuple):
-    """Ends of what is drawn at all speeds, and how many rows of numbers stand beyond them."""
+    """Ends of what is drawn at all speeds, and where the numbers of each stand beyond them."""
 
     left: float
     right: float
     low: float
     high: float
-    rows_below: int
-    rows_above: int
+    places: Sequence[Sequence[_Place]]
+
+    @property
+    def rows_below(self) -> int:
+        return self._rows(True)
+
+    @property
+    def rows_above(self) -> int:
+        return self._rows(False)
+
+    def _rows(self, is_below: bool) -> int:
+        every = (at for own in self.places for at in own if at.is_below == is_below)
+        return max((1 + at.row for at in every), default=0)
 
     @property
     def row(self) -> float:
@@ -160,34 +180,21 @@ def _frame(
     across = np.concatenate([*heights, np.array([0.0, *ends])])
     left, right = float(along.min()), float(along.max())
     room = 0.06 * (right - left) or 0.1
+    left, right = left - room, right + room
     low, high = float(across.min()), float(across.max())
     edge = _EDGE * (high - low) or 1.0
-    frame = _Frame(left - room, right + room, low - edge, high + edge, 0, 0)
-    rows = [_rows(arrows, frame) for arrows in drawn]
-    below, above = (
-        max((1 + at.row for own in rows for at in own if at.is_below == side), default=0)
-        for side in (True, False)
-    )
-    return frame._replace(rows_below=below, rows_above=above)
+    numbers = [_places(arrows, left, right) for arrows in drawn]
+    return _Frame(left, right, low - edge, high + edge, numbers)
 
 
-class _Place(NamedTuple):
-    """Where the number of an arrow stands along x and how, and in which row from the shafts on."""
-
-    x: float
-    align: str
-    is_below: bool
-    row: int
-
-
-def _rows(arrows: Sequence[_Drawn], frame: _Frame) -> list[_Place]:
+def _places(arrows: Sequence[_Drawn], left: float, right: float) -> list[_Place]:
     """Places of the numbers of arrows, in their order: none beside another it would touch."""
-    width = frame.right - frame.left
+    width = right - left
     ends: dict[tuple[bool, int], float] = {}
     found: dict[int, _Place] = {}
     for k in sorted(range(len(arrows)), key=lambda k: arrows[k].arrow.axial_m):
         drawn = arrows[k]
-        middle = (drawn.arrow.axial_m - frame.left) / width
+        middle = (drawn.arrow.axial_m - left) / width
         long = _LETTER * len(drawn.said)
         below, align, x = drawn.long > 0.0, "center", middle
         if middle < 0.5 * long + _EDGE:
@@ -197,12 +204,16 @@ def _rows(arrows: Sequence[_Drawn], frame: _Frame) -> list[_Place]:
         start = x - {"left": 0.0, "center": 0.5, "right": 1.0}[align] * long
         row = next(r for r in range(len(arrows)) if ends.get((below, r), -1.0) < start)
         ends[(below, row)] = start + long
-        found[k] = _Place(frame.left + x * width, align, below, row)
+        found[k] = _Place(left + x * width, align, below, row)
     return [found[k] for k in range(len(arrows))]
 
 
 def _marks(
-    state: LoadedState, arrows: Sequence[_Drawn], factor: float, frame: _Frame
+    state: LoadedState,
+    arrows: Sequence[_Drawn],
+    places: Sequence[_Place],
+    factor: float,
+    frame: _Frame,
 ) -> list[charts.Mark]:
     marks: list[charts.Mark] = [
         charts.Rule(at=0.0, along="y", look=charts.Look("@ink", "solid", width=0.8))
@@ -214,7 +225,7 @@ def _marks(
         )
     # what looks alike one after the other, so that it is one entry of a legend
     marks += [mark for same in zip(*map(_arrow, arrows), strict=True) for mark in same]
-    for drawn, at in zip(arrows, _rows(arrows, frame), strict=True):
+    for drawn, at in zip(arrows, places, strict=True):
         beyond = (at.row + 0.5) * frame.row
         y = frame.low - beyond if at.is_below else frame.high + beyond
         near = y + (0.35 if at.is_below else -0.35) * frame.row

@@ -183,46 +183,62 @@ def compare_complexity(
     if not variants:
         raise AnalysisError("there are no models to compare; give one or more")
     bands = _checked_bands(bands_hz)
-    peaks: list[float] = []
-    responses, seconds = [], []
+    measured: dict[str, _Measured] = {}
     diverged: dict[str, Divergence] = {}
-    # models share the parts of the machine that are the same in them
-    known = {} if full is None else dict(full.parts)
+    # models share the parts of the machine that are the same in them and record the same
+    known, outputs = ({}, ()) if full is None else (dict(full.parts), full.run.outputs)
     run_of = partial(
-        run_up, known=known, step_s=step_s, record_every=record_every, bearings=[bearing]
+        run_up,
+        known=known,
+        step_s=step_s,
+        record_every=record_every,
+        outputs=outputs,
+        bearings=[bearing],
     )
     for name, system in variants.items():
-        if full is not None and not peaks:
+        if full is not None and not measured:
             run, spent, _ = full
         else:
             begun = time.perf_counter()
             run = run_of(system, profile, unbalances)
             spent = time.perf_counter() - begun
-        if run.stopped is not None:
-            if not peaks:
-                raise AnalysisError(
-                    f"{run.stopped.speed_rad_s * RPM_PER_RAD_S:.6g} rpm: the model {name!r} "
-                    "diverges; models are compared with its whole run-up"
-                )
+        if run.stopped is None:
+            response = normalised_response(run, bearing, "x", band_hz)
+            measured[name] = _Measured(_peak_force_n(run, bearing), response, spent)
+        elif measured:
             diverged[name] = run.stopped
-            continue
-        seconds.append(spent)
-        force = run.bearing_force_n(bearing)
-        peaks.append(float(np.hypot(force[0], force[1]).max()))
-        responses.append(normalised_response(run, bearing, "x", band_hz))
-    names = tuple(name for name in variants if name not in diverged)
+        else:
+            raise AnalysisError(
+                f"{run.stopped.speed_rad_s * RPM_PER_RAD_S:.6g} rpm: the model {name!r} "
+                "diverges; models are compared with its whole run-up"
+            )
+    peaks, responses, seconds = zip(*measured.values(), strict=True)
     return ComplexityComparison(
-        names=names,
-        sizes=tuple(variants[name].size for name in names),
+        names=tuple(measured),
+        sizes=tuple(variants[name].size for name in measured),
         bearing=bearing,
         bands_hz=bands,
         peak_force_n=np.array(peaks),
         peak_error=np.array(peaks) / peaks[0] - 1.0,
         band_error=np.array([_band_errors(r, responses[0], bands) for r in responses]),
         wall_time_s=np.array(seconds),
-        responses=tuple(responses),
+        responses=responses,
         diverged=diverged,
     )
+
+
+class _Measured(NamedTuple):
+    """What is compared of a model that ran to the end."""
+
+    peak_force_n: float
+    response: NormalisedResponse
+    wall_time_s: float
+
+
+def _peak_force_n(run: RunUp, bearing: str) -> float:
+    """Return the largest force across the axis."""
+    force = run.bearing_force_n(bearing)
+    return float(np.hypot(force[0], force[1]).max())
 
 
 def _checked_bands(bands_hz: Sequence[tuple[float, float]]) -> FloatArray:

@@ -184,19 +184,12 @@ def run_up(
     loads = _loads(assembled, unbalances, how)
     profile_pieces(profile, float(how.step_s), loads.turning.ratios)  # refused for the whole
     parts = _loaded_parts(assembled, loads, start)
-    run_of = partial(_integrated, assembled, how=how, start=start)
-    known = {} if known is None else known
-    runs = []
-    for part in parts:
-        key = (_key(assembled, part.coordinates), tuple(how.outputs), tuple(how.bearings))
-        if key not in known:
-            known[key] = run_of(profile, part)
-        runs.append(known[key])
+    runs = _runs(assembled, profile, parts, how, start, {} if known is None else known)
     stopped = min((r.stopped for r in runs if r.stopped is not None), key=_time, default=None)
     if stopped is not None:
         profile = shortened(profile, stopped.time_s)
         runs = [
-            run if run.stopped is stopped else run_of(profile, part)
+            run if run.stopped is stopped else _integrated(assembled, profile, part, how, start)
             for run, part in zip(runs, parts, strict=True)
         ]
     return run_record(
@@ -204,9 +197,7 @@ def run_up(
         profile,
         unbalances,
         how,
-        RecordedMotion(
-            *(sum(of_parts) for of_parts in zip(*(r.motion for r in runs), strict=True))
-        ),
+        _motion(runs),
         longest_block=max(run.longest_block for run in runs),
         energy=_energy(runs),
         balance_error=max(run.balance_error for run in runs),
@@ -220,12 +211,27 @@ def _time(stopped: Divergence) -> float:
     return stopped.time_s
 
 
+def _runs(
+    assembled: AssembledSystem,
+    profile: SpeedProfile,
+    parts: Sequence[_LoadedPart],
+    how: RunSettings,
+    start: MotionState,
+    known: dict[Hashable, PartRun],
+) -> list[PartRun]:
+    """Return the run of each part; what is known is taken, what is not is put there."""
+    runs = []
+    for part in parts:
+        key = (_key(assembled, part.coordinates), tuple(how.outputs), tuple(how.bearings))
+        if key not in known:
+            known[key] = _integrated(assembled, profile, part, how, start)
+        runs.append(known[key])
+    return runs
+
+
 def _motion(runs: Sequence[PartRun]) -> RecordedMotion:
     """Return the motion and the forces of all parts."""
-    first, *others = (run.motion for run in runs)
-    return RecordedMotion(
-        *(sum(of_parts[1:], of_parts[0]) for of_parts in zip(first, *others, strict=True))
-    )
+    return RecordedMotion(*(sum(parts) for parts in zip(*(r.motion for r in runs), strict=True)))
 
 
 def _energy(runs: Sequence[PartRun]) -> EnergyBalance:
@@ -253,7 +259,7 @@ def _key(assembled: AssembledSystem, coordinates: IntArray) -> Hashable:
     """
     rows = assembled.transformation[:, coordinates].any(axis=1)
     bodies = tuple(
-        (name, id(rotor.element))
+        (name, rotor.element)
         for name, rotor in assembled.system.rotors.items()
         if rows[assembled.body_slices[name]].any()
     )
@@ -282,10 +288,15 @@ def _loads(assembled: AssembledSystem, unbalances: Sequence[Unbalance], how: Run
 
 
 class _LoadedPart(NamedTuple):
-    """Coordinates that move by themselves, and the loads on them."""
+    """Groups of coordinates that move by themselves, and the loads on them."""
 
-    coordinates: IntArray
+    groups: Sequence[IntArray]
     loads: _Loads
+
+    @property
+    def coordinates(self) -> IntArray:
+        """All of them, rising."""
+        return np.sort(np.concatenate(self.groups))
 
 
 def _loaded_parts(
@@ -298,12 +309,13 @@ def _loaded_parts(
     every = np.column_stack((loads.turning.columns, loads.steady, loads.torsion))
     moves = (assembled.transformation.T @ every).any(axis=1)
     moves |= (start.displacement != 0) | (start.velocity != 0)
-    groups = [at for at in uncoupled_groups(assembled) if moves[at].any()]
+    every_group = uncoupled_groups(assembled)
+    groups = [at for at in every_group if moves[at].any()]
     if len(groups) < 2:
-        return [_LoadedPart(np.arange(assembled.size), loads)]
+        return [_LoadedPart(every_group, loads)]
     rows = [assembled.transformation[:, at].any(axis=1) for at in groups]
     rows[0] |= ~np.logical_or.reduce(rows)
-    return [_LoadedPart(at, loads.on(own)) for at, own in zip(groups, rows, strict=True)]
+    return [_LoadedPart([at], loads.on(own)) for at, own in zip(groups, rows, strict=True)]
 
 
 class PartRun(NamedTuple):
@@ -375,7 +387,7 @@ def _prepared(
     step_s, (turning, steady, torsion) = float(how.step_s), part.loads
     pieces = profile_pieces(profile, step_s, turning.ratios)
     parts = moving_parts(
-        assembled, modal_parts(assembled, part.coordinates), turning, (steady, torsion), start
+        assembled, modal_parts(assembled, part.groups), turning, (steady, torsion), start
     )
     speeds = profile.speeds_rad_s
     bases = [moving.basis for moving in parts]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +10,6 @@ import numpy as np
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, matrices_at_speed
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
 from solidwhirl.rotordyn.modes.modal_truncation import project_system, rest_modes
-from solidwhirl.rotordyn.modes.uncoupled import uncoupled_groups
 from solidwhirl.rotordyn.run_up.record import MotionState
 
 
@@ -94,17 +94,14 @@ class ModalPart(NamedTuple):
         return self.basis.state(motion.displacement[at], motion.velocity[at])
 
 
-def modal_parts(assembled: AssembledSystem, among: IntArray | None = None) -> tuple[ModalPart, ...]:
-    """Return the parts of a system that move by themselves, each with its modes at rest.
+def modal_parts(assembled: AssembledSystem, groups: Sequence[IntArray]) -> tuple[ModalPart, ...]:
+    """Return parts of a system that move by themselves, each with its modes at rest.
 
-    `among`: parts of these coordinates; None for all. Axial motion and torsion beside lateral
+    `groups`: coordinates of each, of `uncoupled_groups`: axial motion and torsion beside lateral
     motion, and shafts that only meet in a casing that is held. Nothing is truncated. Raises
     AnalysisError if M is not positive definite.
     """
     every = np.eye(assembled.size)
-    groups = uncoupled_groups(assembled)
-    if among is not None:
-        groups = [at for at in groups if np.isin(at, among).all()]
     if len(groups) == 1 and groups[0].size == assembled.size:
         return (ModalPart(groups[0], modal_basis(assembled)),)
     return tuple(

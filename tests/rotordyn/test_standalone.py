@@ -35,18 +35,23 @@ print([m for m in sys.modules if m.startswith("solidwhirl.") and m.split(".")[1]
 """
 
 
-def test_reads_a_file_and_computes_without_other_libraries(tmp_path):
-    path = tmp_path / "rotor.h5"
-    write_superelement(three_disk_element(), path)
-    program = PROGRAM.format(blocked=BLOCKED, path=str(path))
-    done = subprocess.run(
+def run_in(folder, program):
+    """Run a program by itself, warnings being errors."""
+    return subprocess.run(
         [sys.executable, "-W", "error", "-c", program],
         capture_output=True,
         text=True,
         timeout=120,
         check=False,
-        cwd=tmp_path,
+        cwd=folder,
     )
+
+
+def test_reads_a_file_and_computes_without_other_libraries(tmp_path):
+    path = tmp_path / "rotor.h5"
+    write_superelement(three_disk_element(), path)
+    program = PROGRAM.format(blocked=BLOCKED, path=str(path))
+    done = run_in(tmp_path, program)
     assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines() == ["(4, 3) ['backward', 'forward']", "[]"]
 
@@ -86,12 +91,5 @@ def test_a_function_is_not_hidden_by_the_modules_of_its_name(tmp_path):
         "from solidwhirl.rotordyn import campbell, critical_speeds\n"
         "print(campbell.__name__, critical_speeds.__name__)\n"
     )
-    done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", program],
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-        cwd=tmp_path,
-    )
+    done = run_in(tmp_path, program)
     assert done.stdout == "campbell critical_speeds\n", done.stderr

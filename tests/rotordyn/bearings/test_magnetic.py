@@ -243,7 +243,6 @@ def test_response_and_forces_with_sensors_apart():
     system = with_laws(bare, loops)
     u = [Unbalance(body="rotor", interface="seen", moment_kg_m=1e-4)]
     found = unbalance_response(system, u, np.array([speed])).exciters[0]
-    z = np.zeros((bare.size, bare.size), dtype=complex)
     m, c, g, k = matrices_at_speed(bare, speed)
     s = 1j * speed
     z = k + s * (c + g) + s**2 * m
@@ -276,25 +275,19 @@ def test_proportional_and_derivative_control_is_a_spring_and_a_damper():
     own = {"current_stiffness_n_per_a": 200.0, "negative_stiffness_n_per_m": 1e6}
     bearing = MagneticBearing(**own, controller=both(ct.pid(2e4, 0.0, 4.0)))
     ends = [End(body="rotor", interface=i) for i in "ab"]
+    weak = MagneticBearing(**own, controller=both(ct.pid(4e3, 0.0, 4.0)))
     rotor = {"rotor": Rotor(element=body, speed_ratio=1.0)}
-    plain, magnetic = (
+    plain, magnetic, drops = (
         assemble(rotor, tuple(Bearing(name=e.interface, first=e, **keys) for e in ends))
         for keys in (
             {"stiffness_n_per_m": 3e6 * np.eye(2), "damping_n_s_per_m": 800.0 * np.eye(2)},
             {"speed_law": MagneticLaw(name="m", bearing=bearing)},
+            {"speed_law": MagneticLaw(name="m", bearing=weak)},
         )
     )
     wanted, found = (modes_at_speed(system, 500.0) for system in (plain, magnetic))
     np.testing.assert_allclose(found.eigenvalues, wanted.eigenvalues, rtol=1e-9)
     assert unstable_intervals(magnetic, 0.0, 1000.0) == ()
-    weak = MagneticBearing(**own, controller=both(ct.pid(4e3, 0.0, 4.0)))
-    drops = assemble(
-        rotor,
-        tuple(
-            Bearing(name=e.interface, first=e, speed_law=MagneticLaw(name="m", bearing=weak))
-            for e in ends
-        ),
-    )
     (window,) = unstable_intervals(drops, 0.0, 1000.0)
     assert window.kind == "divergence" and not window.opens
 
