@@ -6,6 +6,7 @@ among ones, and find 1/λ (or 1/(λ − shift)), so that the lowest modes are th
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -163,9 +164,17 @@ class Eigenvalues(NamedTuple):
     shapes: ComplexArray
 
 
-def uncoupled(*matrices: Matrix) -> list[IntArray]:
-    """Return the groups of coordinates that no entry of any matrix joins, each rising."""
-    return together(np.logical_or.reduce([matrix != 0 for matrix in matrices]))
+def uncoupled(*matrices: Matrix, motions: Iterable[Matrix] = ()) -> list[IntArray]:
+    """Return the groups of coordinates that nothing joins, each rising.
+
+    `matrices`: an entry joins two coordinates; `motions`: relative motions of bearings, (n,) or
+    (k, n) each, join all that move them.
+    """
+    joined = np.logical_or.reduce([matrix != 0 for matrix in matrices])
+    for motion in motions:
+        moved = np.atleast_2d(motion).any(axis=0)
+        joined |= np.outer(moved, moved)
+    return together(joined)
 
 
 def hermitian_part(matrix: Matrix) -> Matrix:

@@ -78,10 +78,9 @@ class Pencil(NamedTuple):
 
     def apart(self) -> list[Pencil]:
         """Return the pencils of coordinates that nothing joins, if laws act on each of them."""
-        touched = [law.motion.any(axis=0) for law in self.laws]
-        joined = [np.outer(moved, moved) for moved in touched]
-        groups = uncoupled(self.stiffness, self.mass, self.inertia, *joined)
-        if len(groups) > 1 and all(any(moved[at].any() for moved in touched) for at in groups):
+        motions = [law.motion for law in self.laws]
+        groups = uncoupled(self.stiffness, self.mass, self.inertia, motions=motions)
+        if len(groups) > 1 and all(any(m[:, at].any() for m in motions) for at in groups):
             return [self._part(at) for at in groups]
         return [self]
 
