@@ -16,7 +16,7 @@ import scipy.linalg as la
 from solidwhirl.rotordyn.assembly.magnetic_laws import magnetic_bearing
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, LawJoint, matrices_at_speed
 from solidwhirl.rotordyn.bearings.magnetic import MagneticBearing
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
+from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.dense import Spectrum, reciprocal, scale_by_stiffness
 from solidwhirl.rotordyn.core.ledger import solved
 
@@ -167,21 +167,3 @@ def _loop(joint: LawJoint) -> Loop | None:
     if bearing is None:
         return None
     return Loop(joint.bearing, bearing, joint.motion[:2], joint.motion[-2:])
-
-
-def dynamic_stiffness(
-    parts: Controlled, speed_rad_s: float, rate: complex
-) -> tuple[ComplexArray, ComplexArray]:
-    """Return the dynamic stiffness of the closed system at s, and the pull per sensor signal.
-
-    The first has shape (n, n), the second, of all sensors side by side, (n, 2 loops).
-    """
-    mass, damping, gyroscopic, stiffness = matrices_at_speed(parts.system, speed_rad_s)
-    whole = stiffness + rate * (damping + gyroscopic) + rate**2 * mass
-    pulls = []
-    for _, bearing, magnets, sensors in parts.loops:
-        pull = magnets.T @ bearing.sensor_stiffness(rate)
-        held = bearing.negative_stiffness_n_per_m * magnets.T @ magnets
-        whole = whole + pull @ sensors - held
-        pulls.append(pull)
-    return whole, np.hstack(pulls)
