@@ -17,14 +17,17 @@ from solidwhirl.rotordyn.assembly.magnetic_laws import magnetic_bearing
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, LawJoint, matrices_at_speed
 from solidwhirl.rotordyn.bearings.magnetic import MagneticBearing
 from solidwhirl.rotordyn.core.arrays import FloatArray
-from solidwhirl.rotordyn.core.dense import Spectrum, reciprocal, scale_by_stiffness
+from solidwhirl.rotordyn.core.dense import (
+    Spectrum,
+    apart_from_zeros,
+    reciprocal,
+    scale_by_stiffness,
+)
 from solidwhirl.rotordyn.core.ledger import solved
 
 # A system of this condition has motions that nothing holds; others are found beside this part of
 # the softest.
 _SINGULAR, _SLOW = 1e13, 1e-3
-# |λ| below this part of the largest is zero; |Im λ| below this part of |λ| is.
-_STILL, _REAL = 1e-12, 1e-9
 
 
 class Loop(NamedTuple):
@@ -85,12 +88,7 @@ def controlled_motions(parts: Controlled, speed_rad_s: float) -> Spectrum:
     solved("eigenproblems")
     reciprocals, vectors = la.eig(inverse, check_finite=False)
     values = shift + reciprocal(reciprocals)
-    still = np.abs(values) < max(_STILL * np.abs(values).max(), 1e-3 * shift)
-    real = ~still & (np.abs(values.imag) <= _REAL * np.abs(values))
-    turning = np.flatnonzero(~still & ~real & (values.imag > 0))
-    turning = turning[np.argsort(values[turning].imag, kind="stable")]
-    shapes = scale[:, None] * vectors[:n, turning]
-    return Spectrum(values[turning], shapes, np.sort(values[real].real))
+    return apart_from_zeros(values, scale[:, None] * vectors[:n], 1e-3 * shift)
 
 
 class _Matrices(NamedTuple):
