@@ -218,6 +218,19 @@ def _falls(pieces: LawPieces, speed: float) -> bool:
     return bool(la.eigvalsh(even)[-1] <= _ROUNDING * size)
 
 
+def _placed(found: list[tuple[float, Matrix]], counts: tuple[int, int]) -> list[_Root] | None:
+    """Return rising roots and vectors of a range with their places, from the counts at its ends.
+
+    One root for each place: as many distinct ones as there are places are all; else None.
+    """
+    begin, end = counts
+    places = range(min(counts), max(counts))
+    if len(found) != len(places):
+        return None
+    order = places if end > begin else reversed(places)
+    return [_Root(speed, at, end > begin, x) for at, (speed, x) in zip(order, found, strict=True)]
+
+
 class _Search:
     """E(Ω) = K(Ω)/Ω² − N of one pencil in a basis in which K(0) is about one.
 
@@ -273,19 +286,14 @@ class _Search:
 
     def monotonic(self, low: float, high: float) -> list[_Root]:
         """Return the roots of an interval in which every eigenvalue is monotonic."""
-        begin, end = self.count(low), self.count(high)
-        places = range(min(begin, end), max(begin, end))
+        counts = self.count(low), self.count(high)
         found = self._refined(low, high)
-        # one root for each place: as many distinct ones as there are places are all
-        if len(found) == len(places):
-            order = places if end > begin else reversed(places)
-            return [
-                _Root(speed, place, end > begin, vector)
-                for place, (speed, vector) in zip(order, found, strict=True)
-            ]
-        return self._counted(found, low, high)
+        roots = _placed(found, counts)
+        return self._counted(found, (low, high), counts) if roots is None else roots
 
-    def _counted(self, found: list[tuple[float, Matrix]], low: float, high: float) -> list[_Root]:
+    def _counted(
+        self, found: list[tuple[float, Matrix]], ends: tuple[float, float], at_ends: tuple[int, int]
+    ) -> list[_Root]:
         """Return all roots of an interval from some of them, by counts between those."""
         groups: list[list[tuple[float, Matrix]]] = []
         for root in found:
@@ -294,18 +302,17 @@ class _Search:
             else:
                 groups.append([root])
         middles = [0.5 * (one[-1][0] + other[0][0]) for one, other in pairwise(groups)]
-        edges = [low, *middles, high]
-        counts = [self.count(speed) for speed in edges]
+        edges = [ends[0], *middles, ends[1]]
+        counts = [at_ends[0], *(self.count(speed) for speed in middles), at_ends[1]]
         roots = []
-        for at, (begin, end) in enumerate(pairwise(counts)):
-            places = range(min(begin, end), max(begin, end))
-            own = groups[at] if at < len(groups) else []
-            if len(own) == len(places):
-                order = places if end > begin else reversed(places)
-                pairs = zip(order, own, strict=True)
-                roots += [_Root(speed, place, end > begin, x) for place, (speed, x) in pairs]
-            else:
-                roots += [self._root(place, edges[at], edges[at + 1]) for place in places]
+        # without any root there is one range all the same
+        for own, between, both in zip(
+            groups or [[]], pairwise(edges), pairwise(counts), strict=True
+        ):
+            placed = _placed(own, both)
+            if placed is None:
+                placed = [self._root(p, *between) for p in range(min(both), max(both))]
+            roots += placed
         return roots
 
     def _refined(self, low: float, high: float) -> list[tuple[float, Matrix]]:
