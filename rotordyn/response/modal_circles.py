@@ -15,7 +15,12 @@ import scipy.linalg as la
 
 from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, FloatArray, Matrix
 from solidwhirl.rotordyn.core.ledger import solved
-from solidwhirl.rotordyn.response.coupled_circles import SplitSystem, circle_loads, is_poor
+from solidwhirl.rotordyn.response.coupled_circles import (
+    SplitSystem,
+    circle_loads,
+    couplings,
+    is_poor,
+)
 from solidwhirl.rotordyn.response.points import MatrixTriple, ScaledMatrices, Solved, measured
 
 
@@ -53,8 +58,7 @@ def solve_by_modes(
             unsolved[points] = True
             continue
         omega, own = frequencies[points], loads[:, :, points] * scale
-        stiffness, damping = split.coupling(float(speed))
-        coupling = stiffness + 1j * omega[:, None, None] * damping
+        coupling = couplings(split, speeds[points], omega)
         found, pulled = _solved(modes, omega, own, coupling, unit)
         residual[points], growth = _measured(modes.matrices, omega, own, found, pulled)
         unsolved[points] = is_poor(residual[points], growth)
