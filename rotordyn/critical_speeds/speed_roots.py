@@ -21,13 +21,14 @@ import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.law_pieces import LawPieces, derivative, determinant
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, Matrix
-from solidwhirl.rotordyn.core.dense import scale_by_stiffness
+from solidwhirl.rotordyn.core.dense import Scaled, scale_by_stiffness
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.ledger import solved
 from solidwhirl.rotordyn.critical_speeds.whirl_pencils import (
     Pencil,
     PencilLaw,
-    negative_count_at_rest,
+    count_at_rest,
+    scaled_at_rest,
 )
 
 # Intervals are halved down to this width, relative to their upper end or to the whole region.
@@ -94,8 +95,9 @@ def speed_roots(pencil: Pencil, body_rate: float, limit_rad_s: float) -> SpeedRo
     """
     laws = _known(pencil.laws)
     _check_constant_part(pencil, body_rate)
-    search = _Search(pencil, body_rate, limit_rad_s)
-    start, at_rest = _start(search, negative_count_at_rest(pencil, body_rate), limit_rad_s)
+    scaled = scaled_at_rest(pencil, body_rate)
+    search = _Search(pencil, scaled, limit_rad_s)
+    start, at_rest = _start(search, count_at_rest(pencil, scaled), limit_rad_s)
     roots = []
     for low, high, falling in _regions(laws, start, limit_rad_s):
         roots += search.monotonic(low, high) if falling else search.bounded(low, high)
@@ -236,12 +238,14 @@ class _Search:
 
     Parameters
     ----------
-    pencil, body_rate, limit
+    pencil, limit
         As for `speed_roots`.
+    scaled
+        K(0) and M, as `scaled_at_rest` returns them.
     """
 
-    def __init__(self, pencil: Pencil, body_rate: float, limit: float) -> None:
-        basis = _basis(pencil, body_rate, limit)
+    def __init__(self, pencil: Pencil, scaled: Scaled, limit: float) -> None:
+        basis = _basis(scaled, limit)
         self.basis = basis
         self.stiffness = basis.conj().T @ pencil.stiffness @ basis
         self.inertia = basis.conj().T @ pencil.inertia @ basis
@@ -506,9 +510,8 @@ def _negative_count(matrix: Matrix) -> int:
     return int(np.count_nonzero(alone < 0)) + int(np.count_nonzero(pivots < 0)) // 2
 
 
-def _basis(pencil: Pencil, body_rate: float, limit: float) -> Matrix:
+def _basis(scaled: Scaled, limit: float) -> Matrix:
     """Return P with Pᴴ(K(0) + σ²M)P = 1; σ = 0 if K(0) is positive definite."""
-    scaled = scale_by_stiffness(pencil.stiffness_at(0.0), pencil.mass, body_rate)
     shift = 0.0 if scaled.is_definite else limit**2
     while True:
         try:
