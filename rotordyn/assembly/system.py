@@ -31,7 +31,13 @@ from solidwhirl.rotordyn.assembly.internal_damping import body_damping
 from solidwhirl.rotordyn.assembly.joints import independent_coordinates
 from solidwhirl.rotordyn.assembly.law_pieces import BearingCoefficients, LawPieces
 from solidwhirl.rotordyn.assembly.parts import Bearing, Gear, Rotor, System
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyArrays, freeze_arrays
+from solidwhirl.rotordyn.core.arrays import (
+    ComplexArray,
+    FloatArray,
+    IntArray,
+    ReadOnlyArrays,
+    freeze_arrays,
+)
 from solidwhirl.rotordyn.core.errors import AnalysisError, AssemblyError
 from solidwhirl.rotordyn.core.reprs import lines_of
 from solidwhirl.rotordyn.superelement.free_body import free_body_matrices, free_body_problems
@@ -47,6 +53,11 @@ class SpeedMatrices(NamedTuple):
     damping: FloatArray
     gyroscopic: FloatArray
     stiffness: FloatArray
+
+    def part(self, at: IntArray) -> SpeedMatrices:
+        """Return the matrices of some coordinates, which nothing joins to the others."""
+        block = np.ix_(at, at)
+        return SpeedMatrices(*(matrix[block] for matrix in self))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)

@@ -54,10 +54,8 @@ class Tracker:
         self._known: dict[float, Modes] = {}
         self._spectra: list[NearModes] = []
         self._continued: set[float] = set()
-        # what has been known by its identity stays alive
-        self._replaced: list[Match] = []
-        self._matches: dict[tuple[int, float], Match] = {}
-        self._meetings: dict[tuple[int, tuple[int, ...]], tuple[float, bool]] = {}
+        self._matches: dict[tuple[Modes, float], Match] = {}
+        self._meetings: dict[tuple[Modes, Modes, tuple[int, ...]], tuple[float, bool]] = {}
 
     def modes_at(self, speed_rad_s: float) -> Modes:
         """Return the modes at a speed, computed once: the lowest alone where that is enough."""
@@ -171,9 +169,8 @@ class Tracker:
         columns[columns >= 0] = match.partner[columns[columns >= 0]]
         partner = np.where(last.partner >= 0, match.partner[last.partner], -1)
         at_speeds[-1] = Tracked(modes=match.second, columns=columns, overlap=here.overlap)
-        self._replaced.append(last)
         matches[-1] = last._replace(second=match.second, partner=partner)
-        self._matches[id(last.first), speed] = matches[-1]
+        self._matches[last.first, speed] = matches[-1]
 
     def _lifted(self, match: Match, beyond_rad_s: float) -> IntArray:
         """Return new modes near rest whose λ is in proportion to the speed as far as one beyond."""
@@ -190,16 +187,15 @@ class Tracker:
 
     def _match(self, first: Modes, speed_rad_s: float) -> Match:
         """Return the match with the modes of a speed, computed once: following is repeated."""
-        key, second = (id(first), speed_rad_s), self.modes_at(speed_rad_s)
+        key, second = (first, speed_rad_s), self.modes_at(speed_rad_s)
         known = self._matches.get(key)
         if known is None or known.second.eigenvalues.size != second.eigenvalues.size:
-            self._replaced += [] if known is None else [known]
             self._matches[key] = match_modes(self.assembled, first, second)
         return self._matches[key]
 
     def _meeting(self, match: Match, pair: IntArray) -> tuple[float, bool]:
         """Return where two modes of a match meet, computed once."""
-        key = (id(match), tuple(pair.tolist()))
+        key = (match.first, match.second, tuple(pair.tolist()))
         if key not in self._meetings:
             self._meetings[key] = meeting_in(self.assembled, match, pair)
         return self._meetings[key]

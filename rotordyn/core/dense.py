@@ -6,6 +6,7 @@ among ones, and find 1/λ (or 1/(λ − shift)), so that the lowest modes are th
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -126,6 +127,9 @@ _FAR = 1e-3
 _SLOWEST = 1e-5
 # |Im λ| below this fraction of |λ| is real: equal real eigenvalues split into pairs by rounding.
 _REAL_FRACTION = 1e-6
+# Without a known number of zeros: |λ| below this part of the largest is zero; |Im λ| below this
+# part of |λ| is.
+_STILL, _REAL = 1e-12, 1e-9
 
 
 class Scaled(NamedTuple):
@@ -163,9 +167,17 @@ class Eigenvalues(NamedTuple):
     shapes: ComplexArray
 
 
-def uncoupled(*matrices: Matrix) -> list[IntArray]:
-    """Return the groups of coordinates that no entry of any matrix joins, each rising."""
-    return together(np.logical_or.reduce([matrix != 0 for matrix in matrices]))
+def uncoupled(*matrices: Matrix, motions: Iterable[Matrix] = ()) -> list[IntArray]:
+    """Return the groups of coordinates that nothing joins, each rising.
+
+    `matrices`: an entry joins two coordinates; `motions`: relative motions of bearings, (n,) or
+    (k, n) each, join all that move them.
+    """
+    joined = np.logical_or.reduce([matrix != 0 for matrix in matrices])
+    for motion in motions:
+        moved = np.atleast_2d(motion).any(axis=0)
+        joined |= np.outer(moved, moved)
+    return together(joined)
 
 
 def hermitian_part(matrix: Matrix) -> Matrix:
@@ -610,6 +622,19 @@ def _smallest_scaled_eigenvalue(matrix: Matrix) -> float:
     symmetric = 0.5 * (matrix + matrix.conj().T)
     balance = 1.0 / np.sqrt(np.abs(symmetric.diagonal()))
     return float(la.eigvalsh(balance[:, None] * symmetric * balance)[0])
+
+
+def apart_from_zeros(values: ComplexArray, shapes: ComplexArray, least: float = 0.0) -> Spectrum:
+    """Separate oscillatory pairs, real eigenvalues and zeros, whose number is not known.
+
+    `values`, `shapes`: of all eigenvalues, (m,) and (n, m); `least`: |λ| below this is zero, as it
+    is below a part of the largest.
+    """
+    still = np.abs(values) < max(_STILL * np.abs(values).max(), least)
+    real = ~still & (np.abs(values.imag) <= _REAL * np.abs(values))
+    turning = np.flatnonzero(~still & ~real & (values.imag > 0))
+    turning = turning[np.argsort(values[turning].imag, kind="stable")]
+    return Spectrum(values[turning], shapes[:, turning], np.sort(values[real].real))
 
 
 def _sorted_spectrum(values: ComplexArray, shapes: ComplexArray, count: int) -> Spectrum:

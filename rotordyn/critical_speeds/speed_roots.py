@@ -21,13 +21,14 @@ import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.law_pieces import LawPieces, derivative, determinant
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, Matrix
-from solidwhirl.rotordyn.core.dense import scale_by_stiffness
+from solidwhirl.rotordyn.core.dense import Scaled, scale_by_stiffness
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.ledger import solved
 from solidwhirl.rotordyn.critical_speeds.whirl_pencils import (
     Pencil,
     PencilLaw,
-    negative_count_at_rest,
+    count_at_rest,
+    scaled_at_rest,
 )
 
 # Intervals are halved down to this width, relative to their upper end or to the whole region.
@@ -94,8 +95,9 @@ def speed_roots(pencil: Pencil, body_rate: float, limit_rad_s: float) -> SpeedRo
     """
     laws = _known(pencil.laws)
     _check_constant_part(pencil, body_rate)
-    search = _Search(pencil, body_rate, limit_rad_s)
-    start, at_rest = _start(search, negative_count_at_rest(pencil, body_rate), limit_rad_s)
+    scaled = scaled_at_rest(pencil, body_rate)
+    search = _Search(pencil, scaled, limit_rad_s)
+    start, at_rest = _start(search, count_at_rest(pencil, scaled), limit_rad_s)
     roots = []
     for low, high, falling in _regions(laws, start, limit_rad_s):
         roots += search.monotonic(low, high) if falling else search.bounded(low, high)
@@ -218,17 +220,32 @@ def _falls(pieces: LawPieces, speed: float) -> bool:
     return bool(la.eigvalsh(even)[-1] <= _ROUNDING * size)
 
 
+def _placed(found: list[tuple[float, Matrix]], counts: tuple[int, int]) -> list[_Root] | None:
+    """Return rising roots and vectors of a range with their places, from the counts at its ends.
+
+    One root for each place: as many distinct ones as there are places are all; else None.
+    """
+    begin, end = counts
+    places = range(min(counts), max(counts))
+    if len(found) != len(places):
+        return None
+    order = places if end > begin else reversed(places)
+    return [_Root(speed, at, end > begin, x) for at, (speed, x) in zip(order, found, strict=True)]
+
+
 class _Search:
     """E(Ω) = K(Ω)/Ω² − N of one pencil in a basis in which K(0) is about one.
 
     Parameters
     ----------
-    pencil, body_rate, limit
+    pencil, limit
         As for `speed_roots`.
+    scaled
+        K(0) and M, as `scaled_at_rest` returns them.
     """
 
-    def __init__(self, pencil: Pencil, body_rate: float, limit: float) -> None:
-        basis = _basis(pencil, body_rate, limit)
+    def __init__(self, pencil: Pencil, scaled: Scaled, limit: float) -> None:
+        basis = _basis(scaled, limit)
         self.basis = basis
         self.stiffness = basis.conj().T @ pencil.stiffness @ basis
         self.inertia = basis.conj().T @ pencil.inertia @ basis
@@ -273,19 +290,14 @@ class _Search:
 
     def monotonic(self, low: float, high: float) -> list[_Root]:
         """Return the roots of an interval in which every eigenvalue is monotonic."""
-        begin, end = self.count(low), self.count(high)
-        places = range(min(begin, end), max(begin, end))
+        counts = self.count(low), self.count(high)
         found = self._refined(low, high)
-        # one root for each place: as many distinct ones as there are places are all
-        if len(found) == len(places):
-            order = places if end > begin else reversed(places)
-            return [
-                _Root(speed, place, end > begin, vector)
-                for place, (speed, vector) in zip(order, found, strict=True)
-            ]
-        return self._counted(found, low, high)
+        roots = _placed(found, counts)
+        return self._counted(found, (low, high), counts) if roots is None else roots
 
-    def _counted(self, found: list[tuple[float, Matrix]], low: float, high: float) -> list[_Root]:
+    def _counted(
+        self, found: list[tuple[float, Matrix]], ends: tuple[float, float], at_ends: tuple[int, int]
+    ) -> list[_Root]:
         """Return all roots of an interval from some of them, by counts between those."""
         groups: list[list[tuple[float, Matrix]]] = []
         for root in found:
@@ -294,18 +306,17 @@ class _Search:
             else:
                 groups.append([root])
         middles = [0.5 * (one[-1][0] + other[0][0]) for one, other in pairwise(groups)]
-        edges = [low, *middles, high]
-        counts = [self.count(speed) for speed in edges]
+        edges = [ends[0], *middles, ends[1]]
+        counts = [at_ends[0], *(self.count(speed) for speed in middles), at_ends[1]]
         roots = []
-        for at, (begin, end) in enumerate(pairwise(counts)):
-            places = range(min(begin, end), max(begin, end))
-            own = groups[at] if at < len(groups) else []
-            if len(own) == len(places):
-                order = places if end > begin else reversed(places)
-                pairs = zip(order, own, strict=True)
-                roots += [_Root(speed, place, end > begin, x) for place, (speed, x) in pairs]
-            else:
-                roots += [self._root(place, edges[at], edges[at + 1]) for place in places]
+        # without any root there is one range all the same
+        for own, between, both in zip(
+            groups or [[]], pairwise(edges), pairwise(counts), strict=True
+        ):
+            placed = _placed(own, both)
+            if placed is None:
+                placed = [self._root(p, *between) for p in range(min(both), max(both))]
+            roots += placed
         return roots
 
     def _refined(self, low: float, high: float) -> list[tuple[float, Matrix]]:
@@ -499,9 +510,8 @@ def _negative_count(matrix: Matrix) -> int:
     return int(np.count_nonzero(alone < 0)) + int(np.count_nonzero(pivots < 0)) // 2
 
 
-def _basis(pencil: Pencil, body_rate: float, limit: float) -> Matrix:
+def _basis(scaled: Scaled, limit: float) -> Matrix:
     """Return P with Pᴴ(K(0) + σ²M)P = 1; σ = 0 if K(0) is positive definite."""
-    scaled = scale_by_stiffness(pencil.stiffness_at(0.0), pencil.mass, body_rate)
     shift = 0.0 if scaled.is_definite else limit**2
     while True:
         try:

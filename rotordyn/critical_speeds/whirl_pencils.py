@@ -78,10 +78,9 @@ class Pencil(NamedTuple):
 
     def apart(self) -> list[Pencil]:
         """Return the pencils of coordinates that nothing joins, if laws act on each of them."""
-        touched = [law.motion.any(axis=0) for law in self.laws]
-        joined = [np.outer(moved, moved) for moved in touched]
-        groups = uncoupled(self.stiffness, self.mass, self.inertia, *joined)
-        if len(groups) > 1 and all(any(moved[at].any() for moved in touched) for at in groups):
+        motions = [law.motion for law in self.laws]
+        groups = uncoupled(self.stiffness, self.mass, self.inertia, motions=motions)
+        if len(groups) > 1 and all(any(m[:, at].any() for m in motions) for at in groups):
             return [self._part(at) for at in groups]
         return [self]
 
@@ -278,7 +277,16 @@ def negative_count_at_rest(pencil: Pencil, body_rate: float) -> int:
     Returns those of K(0), and on its kernel those of −N. Raises AnalysisError if a free body whirls
     without force at every speed.
     """
-    scaled = scale_by_stiffness(pencil.stiffness_at(0.0), pencil.mass, body_rate)
+    return count_at_rest(pencil, scaled_at_rest(pencil, body_rate))
+
+
+def scaled_at_rest(pencil: Pencil, body_rate: float) -> Scaled:
+    """Return K(0) and M as `scale_by_stiffness` has them."""
+    return scale_by_stiffness(pencil.stiffness_at(0.0), pencil.mass, body_rate)
+
+
+def count_at_rest(pencil: Pencil, scaled: Scaled) -> int:
+    """Return what `negative_count_at_rest` does, from what `scaled_at_rest` has found."""
     if not scaled.zero_count:
         return scaled.negative_count
     inertia = scaled.scale[:, None] * pencil.inertia * scaled.scale

@@ -22,6 +22,15 @@ from solidwhirl.rotordyn.core.dense import uncoupled
 
 # Parts of a matrix that break the form may reach this fraction of its entries (scaled).
 _ROUNDING = 1e-11
+# Matrices of a form.
+_SQUARE = (
+    "mass",
+    "gyroscopic",
+    "stiffness",
+    "centrifugal_stiffness",
+    "damping",
+    "circulatory",
+)
 
 
 class ComplexMatrices(NamedTuple):
@@ -82,14 +91,13 @@ class ComplexForm(ReadOnlyArrays):
     def part(self, at: IntArray) -> ComplexForm:
         """Return the form of some complex coordinates, which nothing joins to the others."""
         block = np.ix_(at, at)
-        square = ("mass", "gyroscopic", "stiffness", "centrifugal_stiffness", "damping")
         laws = (law._replace(motion=law.motion[at]) for law in self.laws)
         return replace(
             self,
             first=self.first[at],
             second=self.second[at],
             second_sign=self.second_sign[at],
-            **{name: getattr(self, name)[block] for name in (*square, "circulatory")},
+            **{name: getattr(self, name)[block] for name in _SQUARE},
             laws=tuple(law for law in laws if law.motion.any()),
         )
 
@@ -140,11 +148,9 @@ class ComplexForm(ReadOnlyArrays):
 
 @lru_cache(maxsize=8)
 def lateral_parts(form: ComplexForm) -> tuple[IntArray, ...]:
-    """Return the groups of complex coordinates that no entry of any matrix joins, each rising."""
-    matrices = (form.mass, form.gyroscopic, form.stiffness, form.centrifugal_stiffness)
-    moved = [law.motion != 0 for law in form.laws]
-    joined = [np.outer(touched, touched) for touched in moved]
-    return tuple(uncoupled(*matrices, form.damping, form.circulatory, *joined))
+    """Return the groups of complex coordinates that nothing joins, each rising."""
+    motions = [law.motion for law in form.laws]
+    return tuple(uncoupled(*(getattr(form, name) for name in _SQUARE), motions=motions))
 
 
 class Pairs(NamedTuple):

@@ -16,15 +16,18 @@ import scipy.linalg as la
 from solidwhirl.rotordyn.assembly.magnetic_laws import magnetic_bearing
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, LawJoint, matrices_at_speed
 from solidwhirl.rotordyn.bearings.magnetic import MagneticBearing
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
-from solidwhirl.rotordyn.core.dense import Spectrum, reciprocal, scale_by_stiffness
+from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.dense import (
+    Spectrum,
+    apart_from_zeros,
+    reciprocal,
+    scale_by_stiffness,
+)
 from solidwhirl.rotordyn.core.ledger import solved
 
 # A system of this condition has motions that nothing holds; others are found beside this part of
 # the softest.
 _SINGULAR, _SLOW = 1e13, 1e-3
-# |λ| below this part of the largest is zero; |Im λ| below this part of |λ| is.
-_STILL, _REAL = 1e-12, 1e-9
 
 
 class Loop(NamedTuple):
@@ -85,12 +88,7 @@ def controlled_motions(parts: Controlled, speed_rad_s: float) -> Spectrum:
     solved("eigenproblems")
     reciprocals, vectors = la.eig(inverse, check_finite=False)
     values = shift + reciprocal(reciprocals)
-    still = np.abs(values) < max(_STILL * np.abs(values).max(), 1e-3 * shift)
-    real = ~still & (np.abs(values.imag) <= _REAL * np.abs(values))
-    turning = np.flatnonzero(~still & ~real & (values.imag > 0))
-    turning = turning[np.argsort(values[turning].imag, kind="stable")]
-    shapes = scale[:, None] * vectors[:n, turning]
-    return Spectrum(values[turning], shapes, np.sort(values[real].real))
+    return apart_from_zeros(values, scale[:, None] * vectors[:n], 1e-3 * shift)
 
 
 class _Matrices(NamedTuple):
@@ -167,21 +165,3 @@ def _loop(joint: LawJoint) -> Loop | None:
     if bearing is None:
         return None
     return Loop(joint.bearing, bearing, joint.motion[:2], joint.motion[-2:])
-
-
-def dynamic_stiffness(
-    parts: Controlled, speed_rad_s: float, rate: complex
-) -> tuple[ComplexArray, ComplexArray]:
-    """Return the dynamic stiffness of the closed system at s, and the pull per sensor signal.
-
-    The first has shape (n, n), the second, of all sensors side by side, (n, 2 loops).
-    """
-    mass, damping, gyroscopic, stiffness = matrices_at_speed(parts.system, speed_rad_s)
-    whole = stiffness + rate * (damping + gyroscopic) + rate**2 * mass
-    pulls = []
-    for _, bearing, magnets, sensors in parts.loops:
-        pull = magnets.T @ bearing.sensor_stiffness(rate)
-        held = bearing.negative_stiffness_n_per_m * magnets.T @ magnets
-        whole = whole + pull @ sensors - held
-        pulls.append(pull)
-    return whole, np.hstack(pulls)

@@ -24,7 +24,13 @@ from solidwhirl.rotordyn.assembly.system import (
     matrices_at_speed,
 )
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, Matrix, together
-from solidwhirl.rotordyn.core.dense import Spectrum, reciprocal, scale_by_stiffness, solve_general
+from solidwhirl.rotordyn.core.dense import (
+    Spectrum,
+    apart_from_zeros,
+    reciprocal,
+    scale_by_stiffness,
+    solve_general,
+)
 from solidwhirl.rotordyn.core.ledger import solved
 from solidwhirl.rotordyn.modes.controlled import (
     controlled,
@@ -52,8 +58,6 @@ _PER_DECADE = 6
 _ROUNDING = 1e-9
 # A stiffness of this condition has free motions; they are found beside this part of the stiffest.
 _SINGULAR, _SLOW = 1e13, 1e-3
-# |λ| below this part of the largest is zero; |Im λ| below this part of |λ| is.
-_STILL, _REAL = 1e-12, 1e-9
 # Relative step of the derivative over the rate.
 _STEP = 1e-6
 
@@ -267,12 +271,7 @@ def _with_skew_mass(matrices: SpeedMatrices, scale: FloatArray) -> Spectrum:
     solved("eigenproblems")
     inverse, vectors = la.eig(companion, overwrite_a=True, check_finite=False)
     values = shift + reciprocal(inverse)
-    still = np.abs(values) < _STILL * np.abs(values).max()
-    real = ~still & (np.abs(values.imag) <= _REAL * np.abs(values))
-    turning = np.flatnonzero(~still & ~real & (values.imag > 0))
-    turning = turning[np.argsort(values[turning].imag, kind="stable")]
-    shapes = scale[:, None] * vectors[:n, turning]
-    return Spectrum(values[turning], shapes, np.sort(values[real].real))
+    return apart_from_zeros(values, scale[:, None] * vectors[:n])
 
 
 def _matrices(assembled: AssembledSystem, speed: float, frequency: float) -> SpeedMatrices:

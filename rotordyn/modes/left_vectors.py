@@ -50,8 +50,7 @@ def mode_pairs(matrices: SpeedMatrices, modes: Modes) -> ModePairs:
     else:
         left = np.zeros_like(right)
         for at, columns in moved_apart(matrices, right):
-            block = np.ix_(at, at)
-            part = SpeedMatrices(*(matrix[block] for matrix in matrices))
+            part = matrices.part(at)
             for group in groups:
                 own = np.intersect1d(group, columns)
                 if own.size:

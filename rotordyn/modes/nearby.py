@@ -44,9 +44,8 @@ def nearby_modes(
         return _nearest_modes(matrices, rate, shapes)
     values, whole = np.zeros(shapes.shape[1], dtype=complex), np.zeros(shapes.shape, dtype=complex)
     for at, columns in groups:
-        block, own = np.ix_(at, at), np.ix_(at, columns)
-        part = SpeedMatrices(*(matrix[block] for matrix in matrices))
-        found = _nearest_modes(part, rate, shapes[own])
+        own = np.ix_(at, columns)
+        found = _nearest_modes(matrices.part(at), rate, shapes[own])
         if found is None:
             return None
         values[columns], whole[own] = found

@@ -161,7 +161,7 @@ def solve_split(
     every = (form.at_speed, speeds, frequencies, loads)
     for chunk in loaded_stacks(*every, _fill_both):
         points, scale = chunk.points, chunk.scale
-        coupling = _couplings(split, speeds[points], frequencies[points])
+        coupling = couplings(split, speeds[points], frequencies[points])
         turned = split.turned * scale[:, 0]
         found, residual[points], unsolved[points] = _solve_chunk(
             chunk, coupling, turned, loads[points] * scale
@@ -179,16 +179,16 @@ def circle_loads(form: ComplexForm, force: ComplexArray) -> ComplexArray:
     return np.asarray(0.5 * loads.transpose(2, 0, 1, 3))
 
 
-def is_poor(residual: FloatArray, growth: FloatArray) -> BoolArray:
-    """Tell which points are better solved by the full equations, from what `measured` returns."""
-    return np.asarray(~((residual <= _POOR) & (growth <= _LARGE)))
-
-
-def _couplings(split: SplitSystem, speeds: FloatArray, frequencies: FloatArray) -> ComplexArray:
+def couplings(split: SplitSystem, speeds: FloatArray, frequencies: FloatArray) -> ComplexArray:
     """Return k + iωc of the coupling at some points, shape (c, r, r)."""
     known, which = np.unique(speeds, return_inverse=True)
     found = np.array([split.coupling(float(speed)) for speed in known])[which]
     return np.asarray(found[:, 0] + 1j * frequencies[:, None, None] * found[:, 1])
+
+
+def is_poor(residual: FloatArray, growth: FloatArray) -> BoolArray:
+    """Tell which points are better solved by the full equations, from what `measured` returns."""
+    return np.asarray(~((residual <= _POOR) & (growth <= _LARGE)))
 
 
 def _fill_both(place: ComplexArray, triple: MatrixTriple, omega: float) -> None:

@@ -32,7 +32,12 @@ from solidwhirl.rotordyn.core.arrays import (
 )
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.modes.complex_form import ComplexForm, complex_form, lateral_parts
-from solidwhirl.rotordyn.response.coupled_circles import solve_split, split_bodies, split_system
+from solidwhirl.rotordyn.response.coupled_circles import (
+    circle_loads,
+    solve_split,
+    split_bodies,
+    split_system,
+)
 from solidwhirl.rotordyn.response.modal_circles import solve_by_modes
 from solidwhirl.rotordyn.response.points import PointMatrices, Solved, solve_points
 
@@ -297,11 +302,9 @@ def _by_circles(form: ComplexForm, points: _Points) -> Solved:
     """
     speeds, frequencies, force = points
     form = _loaded(form, force)
-    by_coordinate = force.swapaxes(0, 1)
-    along = 0.5 * form.to_complex(by_coordinate).swapaxes(0, 1)
-    against = 0.5 * form.to_complex(by_coordinate.conj()).swapaxes(0, 1)
+    along, mirrored = circle_loads(form, force).swapaxes(0, 1)
     forward = solve_points(form.at_speed, speeds, frequencies, along)
-    backward = solve_points(form.at_speed, speeds, -frequencies, against)
+    backward = solve_points(form.at_speed, speeds, -frequencies, mirrored.conj())
     circles = (part.displacement.swapaxes(0, 1) for part in (forward, backward))
     displacement = np.ascontiguousarray(form.whirl_shapes(*circles).swapaxes(0, 1))
     residual = np.maximum(forward.relative_residual, backward.relative_residual)

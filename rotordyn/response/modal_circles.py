@@ -15,8 +15,13 @@ import scipy.linalg as la
 
 from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, FloatArray, Matrix
 from solidwhirl.rotordyn.core.ledger import solved
-from solidwhirl.rotordyn.response.coupled_circles import SplitSystem, circle_loads, is_poor
-from solidwhirl.rotordyn.response.points import MatrixTriple, ScaledMatrices, Solved
+from solidwhirl.rotordyn.response.coupled_circles import (
+    SplitSystem,
+    circle_loads,
+    couplings,
+    is_poor,
+)
+from solidwhirl.rotordyn.response.points import MatrixTriple, ScaledMatrices, Solved, measured
 
 
 class _Modes(NamedTuple):
@@ -45,6 +50,7 @@ def solve_by_modes(
     loaded = loads.any(axis=(0, 1, 3))
     scaled = ScaledMatrices(form.at_speed, float(speeds[0]), float(np.abs(frequencies).max()))
     scale = scaled.scale[:, None, None]
+    unit = 0.5 * (split.turned * scaled.scale).conj().T
     for speed in np.unique(speeds[loaded]):
         points = np.flatnonzero(loaded & (speeds == speed))
         modes = _modes_of(scaled.at(float(speed)))
@@ -52,9 +58,7 @@ def solve_by_modes(
             unsolved[points] = True
             continue
         omega, own = frequencies[points], loads[:, :, points] * scale
-        stiffness, damping = split.coupling(float(speed))
-        coupling = stiffness + 1j * omega[:, None, None] * damping
-        unit = 0.5 * (split.turned * scaled.scale).conj().T
+        coupling = couplings(split, speeds[points], omega)
         found, pulled = _solved(modes, omega, own, coupling, unit)
         residual[points], growth = _measured(modes.matrices, omega, own, found, pulled)
         unsolved[points] = is_poor(residual[points], growth)
@@ -145,12 +149,8 @@ def _measured(
     sizes = [float(la.norm(matrix)) ** 2 for matrix in (stiffness, turning, mass)]
     mixed = float(np.vdot(stiffness, mass).real)
     size = sizes[0] + omega**2 * (sizes[1] - 2.0 * mixed) + omega**4 * sizes[2]
-    force, motion, left = (
-        np.sqrt((a.real**2 + a.imag**2).sum(axis=(0, 1))) for a in (loads, circles, error)
-    )
-    force = np.where(force > 0, force, np.inf)
-    growth = np.sqrt(2.0 * np.maximum(size, 0.0))[:, None] * motion / force
-    return (left / force).max(axis=1), growth.max(axis=1)
+    by_point = (a.transpose(2, 0, 1, 3) for a in (loads, circles, error))
+    return measured(np.sqrt(2.0 * np.maximum(size, 0.0)), *by_point)
 
 
 def _product(matrix: Matrix, columns: ComplexArray) -> ComplexArray:

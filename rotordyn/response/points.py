@@ -150,7 +150,10 @@ def _solve_stack(
 def measured(
     terms: FloatArray, loads: ComplexArray, solution: ComplexArray, error: ComplexArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the largest |f − D q| / |f| and (|K| + ω|V| + ω²|M|) |q| / |f| of each point, (p,)."""
+    """Return the largest |f − D q| / |f| and |D| |q| / |f| of each point, (p,).
+
+    `terms`: the size of D or of its terms, (p,); the others have shape (p, ..., n, r).
+    """
     columns = (a.reshape(a.shape[0], -1, a.shape[-1]) for a in (loads, solution, error))
     force, motion, left = (np.sqrt((a.real**2 + a.imag**2).sum(axis=1)) for a in columns)
     force = np.where(force > 0, force, np.inf)

@@ -183,9 +183,8 @@ def _uncoupled(assembled: AssembledSystem, among: IntArray) -> list[IntArray]:
     block = np.ix_(among, among)
     names = ("mass", "stiffness", "gyroscopic", "centrifugal_stiffness", "damping")
     joined = [getattr(assembled, name)[block] for name in (*names, "circulatory_stiffness")]
-    moved = [joint.motion[:, among].any(axis=0) for joint in assembled.law_joints]
-    groups = uncoupled(*joined, *(np.outer(touched, touched) for touched in moved))
-    return [among[group] for group in groups]
+    motions = [joint.motion[:, among] for joint in assembled.law_joints]
+    return [among[group] for group in uncoupled(*joined, motions=motions)]
 
 
 def _real_block(assembled: AssembledSystem, group: IntArray) -> Block:

@@ -11,7 +11,7 @@ import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.coordinates import seat_motion
 from solidwhirl.rotordyn.assembly.parts import End
-from solidwhirl.rotordyn.assembly.system import AssembledSystem
+from solidwhirl.rotordyn.assembly.system import AssembledSystem, SpeedMatrices, matrices_at_speed
 from solidwhirl.rotordyn.bearings.magnetic import MagneticBearing
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.errors import AnalysisError
@@ -19,9 +19,9 @@ from solidwhirl.rotordyn.modes.controlled import (
     Controlled,
     Loop,
     controlled,
-    dynamic_stiffness,
     state_matrix,
 )
+from solidwhirl.rotordyn.modes.left_vectors import dynamic_stiffness
 from solidwhirl.rotordyn.modes.modal_truncation import project_system
 from solidwhirl.rotordyn.modes.uncoupled import uncoupled_groups
 
@@ -160,7 +160,8 @@ def sensitivities(
     Returns shape (f, 2 loops), x and y of each magnetic bearing, in the order of the bearings.
     """
     parts = controlled(assembled)
-    return np.array([_sensitivities(parts, speed_rad_s, float(w)) for w in frequencies_rad_s])
+    matrices = matrices_at_speed(parts.system, speed_rad_s)
+    return np.array([_sensitivities(parts.loops, matrices, float(w)) for w in frequencies_rad_s])
 
 
 def _sensitivity(
@@ -177,12 +178,13 @@ def _sensitivity(
         return Sensitivity(eigenvalues=eigenvalues, axes=())
     highest = highest_rad_s or highest_of(speed)
     samples = _samples(eigenvalues, highest)
-    sampled = np.array([np.abs(_sensitivities(parts, speed, w)) for w in samples])
+    matrices = matrices_at_speed(parts.system, speed)
+    sampled = np.array([np.abs(_sensitivities(parts.loops, matrices, w)) for w in samples])
     axes = []
     for k in range(2 * len(parts.loops)):
 
         def gain(frequency: float, axis: int = k) -> float:
-            return float(abs(_sensitivities(parts, speed, frequency)[axis]))
+            return float(abs(_sensitivities(parts.loops, matrices, frequency)[axis]))
 
         peak, at = _peak(gain, samples, sampled[:, k])
         zone = "ABCD"[int(np.searchsorted(zone_limits, peak))]
@@ -191,11 +193,22 @@ def _sensitivity(
     return Sensitivity(eigenvalues=eigenvalues, axes=tuple(axes))
 
 
-def _sensitivities(parts: Controlled, speed: float, frequency_rad_s: float) -> ComplexArray:
-    """Return Gs of all axes at a frequency, each with all other loops closed."""
-    whole, pulls = dynamic_stiffness(parts, speed, 1j * frequency_rad_s)
-    moved = np.linalg.solve(whole, -pulls)
-    return np.asarray(1.0 + np.diag(np.vstack([loop.sensors for loop in parts.loops]) @ moved))
+def _sensitivities(
+    loops: Sequence[Loop], matrices: SpeedMatrices, frequency_rad_s: float
+) -> ComplexArray:
+    """Return Gs of all axes at a frequency, each with all other loops closed.
+
+    `matrices`: of the system without these loops.
+    """
+    rate = 1j * frequency_rad_s
+    whole, pulls = dynamic_stiffness(matrices, rate), []
+    for _, bearing, magnets, sensors in loops:
+        pull = magnets.T @ bearing.sensor_stiffness(rate)
+        held = bearing.negative_stiffness_n_per_m * magnets.T @ magnets
+        whole = whole + pull @ sensors - held
+        pulls.append(pull)
+    moved = np.linalg.solve(whole, -np.hstack(pulls))
+    return np.asarray(1.0 + np.diag(np.vstack([loop.sensors for loop in loops]) @ moved))
 
 
 def _samples(eigenvalues: ComplexArray, highest: float) -> FloatArray:
