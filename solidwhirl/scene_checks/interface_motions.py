@@ -46,7 +46,7 @@ def acting_on(scene: Scene, effect: str) -> list[str]:
 
 def _actions(scene: Scene) -> Iterator[tuple[str, str, str]]:
     for bearing in scene.bearings:
-        law = scene.speed_laws.get(bearing.speed_law or "")
+        law = scene.law_of(bearing)
         tilts = law is not None and law.kind == "frequency_table" and law.holds_tilts
         for motion in dict.fromkeys((*_of_bearing(bearing), *(("rx", "ry") if tilts else ()))):
             for place in (bearing.first, bearing.second):

@@ -212,7 +212,7 @@ def _at_any_speed(scene: Scene, bearing: BearingSpec) -> FloatArray:
 
 
 def _tabled(scene: Scene, bearing: BearingSpec) -> FloatArray:
-    law = scene.speed_laws.get(bearing.speed_law or "")
+    law = scene.law_of(bearing)
     if isinstance(law, AbsoluteLaw):
         return law.table().stiffness_n_per_m.reshape(-1, 2)
     return np.array(bearing.stiffness_n_per_m)
