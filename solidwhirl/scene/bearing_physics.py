@@ -31,6 +31,11 @@ class AbsoluteLaw(Record):
         """Return the coefficients over the speed."""
         raise NotImplementedError
 
+    @property
+    def holds_tilts(self) -> bool:
+        """Whether rx and ry are in it."""
+        return False
+
 
 class ComputedLaw(AbsoluteLaw):
     """Base of the laws that are computed; what cannot be is refused where the scene is read."""

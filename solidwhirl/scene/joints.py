@@ -301,14 +301,24 @@ class LoadTableLawSpec(AbsoluteLaw):
             raise ValueError(f"tables has {len(self.tables)} entries for {len(self.load_n)} loads")
         if list(self.load_n) != sorted(set(self.load_n)):
             raise ValueError("load_n must be increasing")
-        axes = {(t.kind, t.speed_rpm, getattr(t, "frequency_hz", ())) for t in self.tables}
+        axes = {
+            (t.kind, t.speed_rpm, getattr(t, "frequency_hz", ()), t.holds_tilts)
+            for t in self.tables
+        }
         if len(axes) > 1:
-            raise ValueError("tables differ in kind, speed_rpm or frequency_hz; allowed is one")
+            raise ValueError(
+                "tables differ in kind, speed_rpm, frequency_hz or size of matrices; allowed is one"
+            )
         return self
 
     def table(self) -> SpeedTable:
         """Return the rows of the highest load."""
         return self.tables[-1].table()
+
+    @property
+    def holds_tilts(self) -> bool:
+        """Whether rx and ry are in its tables."""
+        return self.tables[-1].holds_tilts
 
 
 class PresetLawSpec(Record):
