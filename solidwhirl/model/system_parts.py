@@ -128,13 +128,11 @@ def simple_elements(scene: Scene, plan: Plan) -> dict[str, Superelement]:
 
 def _beam(scene: Scene, plan: Plan, name: str, spec: BeamSpec) -> Superelement:
     material = known_material(scene_materials(scene), spec.material, f"beams.{name}")
-    sections = len(spec.stations_m) - 1
     carried = {m for place in spec.interfaces for m in plan.carried[f"{name}.{place}"]}
     return beam_superelement(
         name,
         spec.stations_m,
-        np.broadcast_to(spec.outer_radius_m, sections),
-        np.broadcast_to(spec.inner_radius_m, sections),
+        *spec.section_radii_m,
         (material.youngs_modulus_pa, material.poissons_ratio, material.density_kg_per_m3),
         spec.interfaces,
         [

@@ -87,6 +87,16 @@ class BeamSpec(Record):
                 raise ValueError(f"{key} has {found} values; 1 or {sections}, one per section")
         return self
 
+    @property
+    def section_radii_m(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Outer and inner radii, one of each per section."""
+        sections = len(self.stations_m) - 1
+        outer, inner = (
+            radii if len(radii) == sections else sections * radii
+            for radii in (self.outer_radius_m, self.inner_radius_m)
+        )
+        return outer, inner
+
 
 class RigidBodySpec(Record):
     """A rigid body such as a casing; it does not turn unless speed_ratio says so."""
