@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import pkgutil
 from collections.abc import Iterator, Mapping
-from functools import partial
+from functools import partial, reduce
+from operator import or_
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import (
@@ -87,10 +88,7 @@ class _ByKind:
     def __get_pydantic_json_schema__(
         self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
     ) -> Any:
-        first, *others = KINDS.values()
-        union: Any = first
-        for record in others:
-            union |= record
+        union: Any = reduce(or_, KINDS.values())
         every = Annotated[union, Field(discriminator="kind")]
         return handler(TypeAdapter(every).core_schema)
 

@@ -209,14 +209,11 @@ def beam_parts(scene: Scene, name: str) -> tuple[Part, ...]:
     if beam is None:
         return ()
     density = scene_materials(scene)[beam.material].density_kg_per_m3
-    count = len(beam.stations_m) - 1
-    outer = np.broadcast_to(np.array(beam.outer_radius_m), count).tolist()
-    inner = np.broadcast_to(np.array(beam.inner_radius_m or (0.0,)), count).tolist()
-    places = zip(pairwise(beam.stations_m), inner, outer, strict=True)
+    places = zip(pairwise(beam.stations_m), *beam.section_radii_m, strict=True)
     return tuple(
         Part(f"section {k}", a, b, (low, low), (high, high), beam.material,
              math.pi * (high - low) * (high + low) * (b - a) * density)
-        for k, ((a, b), low, high) in enumerate(places, start=1)
+        for k, ((a, b), high, low) in enumerate(places, start=1)
     )  # fmt: skip
 
 

@@ -27,13 +27,13 @@ def validity_notes(scene: Scene, top_rad_s: float) -> tuple[BearingNote, ...]:
 
 
 def _notes(scene: Scene, bearing: BearingSpec, top_rad_s: float) -> Iterator[BearingNote]:
-    law = scene.speed_laws.get(bearing.speed_law or "")
+    law = scene.law_of(bearing)
     if not isinstance(law, ComputedLaw):
         return
-    ratio = abs(scene.speed_ratio(bearing.first.partition(".")[0]))
+    ratio = abs(scene.speed_ratio_at(bearing.first))
     if ratio == 0.0 and isinstance(law, SqueezeFilmLawSpec):
         ratio = 1.0  # a ring that stands still whirls with the shaft
-    low, high = law.range_rad_s
+    low, *_, high = law.table().speeds_rad_s.tolist()
     speeds = np.linspace(low, max(low, min(high, ratio * top_rad_s)), _SPEEDS)
     found: dict[str, list[tuple[float, Exceeded]]] = {}
     for speed in speeds.tolist():

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-import numpy as np
-
 from solidwhirl import geometry as geo
 from solidwhirl.model.bodies import build_bodies, known_material, scene_materials
 from solidwhirl.scene.joints import BeamSpec
@@ -29,18 +27,17 @@ def masses_beyond_kg(
 
 def _of_beam(scene: Scene, spec: BeamSpec, low_m: float, high_m: float) -> tuple[float, float]:
     material = known_material(scene_materials(scene), spec.material, "beams")
-    count = len(spec.stations_m) - 1
-    outer, inner = (np.broadcast_to(r, count) for r in (spec.outer_radius_m, spec.inner_radius_m))
+    places = zip(pairwise(spec.stations_m), *spec.section_radii_m, strict=True)
     sections = [
         geo.Section(
             name=f"section_{k}",
             start_m=start,
             end_m=end,
-            inner_radius_m=(float(inner[k]), float(inner[k])),
-            outer_radius_m=(float(outer[k]), float(outer[k])),
+            inner_radius_m=(inner, inner),
+            outer_radius_m=(outer, outer),
             material=material,
         )
-        for k, (start, end) in enumerate(pairwise(spec.stations_m))
+        for k, ((start, end), outer, inner) in enumerate(places)
     ]
     below, above = geo.sections_beyond_kg(sections, low_m, high_m)
     return (

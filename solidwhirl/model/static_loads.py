@@ -109,9 +109,9 @@ def _refuse_beyond(case: str, bearing: _Loaded, loads: FloatArray) -> None:
 def _loaded(scene: Scene) -> list[_Loaded]:
     found = []
     for bearing in scene.bearings:
-        law = scene.speed_laws.get(bearing.speed_law or "")
+        law = scene.law_of(bearing)
         if isinstance(law, LoadTableLawSpec):
-            ratio = abs(scene.speed_ratio(bearing.first.partition(".")[0]))
+            ratio = abs(scene.speed_ratio_at(bearing.first))
             speeds = np.array(law.tables[0].speed_rpm) * RAD_S_PER_RPM / ratio
             found.append(_Loaded(bearing, law, speeds))
     return found

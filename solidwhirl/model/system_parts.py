@@ -128,13 +128,11 @@ def simple_elements(scene: Scene, plan: Plan) -> dict[str, Superelement]:
 
 def _beam(scene: Scene, plan: Plan, name: str, spec: BeamSpec) -> Superelement:
     material = known_material(scene_materials(scene), spec.material, f"beams.{name}")
-    sections = len(spec.stations_m) - 1
     carried = {m for place in spec.interfaces for m in plan.carried[f"{name}.{place}"]}
     return beam_superelement(
         name,
         spec.stations_m,
-        np.broadcast_to(spec.outer_radius_m, sections),
-        np.broadcast_to(spec.inner_radius_m, sections),
+        *spec.section_radii_m,
         (material.youngs_modulus_pa, material.poissons_ratio, material.density_kg_per_m3),
         spec.interfaces,
         [
@@ -184,7 +182,7 @@ def _law_of(scene: Scene, spec: BearingSpec, damped: bool) -> SpeedLaw | LoadTab
     law = scene.speed_laws[spec.speed_law]
     if isinstance(law, LoadTableLawSpec):
         return _load_table(spec.speed_law, law, damped)
-    turns = scene.speed_ratio(spec.first.partition(".")[0]) != 0.0
+    turns = scene.speed_ratio_at(spec.first) != 0.0
     if isinstance(law, SqueezeFilmLawSpec) and not turns:
         return _film_of_a_still_ring(spec.speed_law, law, float(damped))
     return _law(spec.speed_law, law, damped)
@@ -275,14 +273,14 @@ def _bearing(spec: BearingSpec, off: tuple[str, ...], law: SpeedLaw | None) -> B
             continue
         value = getattr(spec, key)
         values[key] = value if isinstance(value, float) else np.array(value, dtype=float)
-    is_sensed = spec.sensor is not None and isinstance(law, MagneticLaw)
+    sensor = spec.sensor if isinstance(law, MagneticLaw) else None
     return Bearing(
         name=spec.name,
         first=end_of(spec.first),
         second=None if spec.second == "ground" else end_of(spec.second),
         rigid=tuple(c for c in spec.rigid if c not in fixed),
         speed_law=law,
-        sensor=end_of(spec.sensor) if is_sensed and spec.sensor is not None else None,
+        sensor=None if sensor is None else end_of(sensor),
         cross_coupling=spec.cross_coupling,
         **values,  # type: ignore[arg-type]
     )

@@ -73,9 +73,7 @@ def shapes_of(scene: Scene, bodies: Mapping[str, Body]) -> Iterator[Shape]:
     for name, beam in scene.beams.items():
         key, material = f"beams.{name}", known.get(beam.material)
         lengths = np.diff(beam.stations_m)
-        outer, inner = (
-            np.broadcast_to(r, lengths.shape) for r in (beam.outer_radius_m, beam.inner_radius_m)
-        )
+        outer, inner = np.array(beam.section_radii_m)
         volume = float(math.pi * ((outer - inner) * (outer + inner) * lengths).sum())
         yield Shape(
             key=key,

@@ -31,6 +31,11 @@ class AbsoluteLaw(Record):
         """Return the coefficients over the speed."""
         raise NotImplementedError
 
+    @property
+    def holds_tilts(self) -> bool:
+        """Whether rx and ry are in it."""
+        return False
+
 
 class ComputedLaw(AbsoluteLaw):
     """Base of the laws that are computed; what cannot be is refused where the scene is read."""
@@ -46,11 +51,6 @@ class ComputedLaw(AbsoluteLaw):
 
     def computed(self) -> SpeedTable:
         """Compute the coefficients over the speed; ValueError says what cannot be."""
-        raise NotImplementedError
-
-    @property
-    def range_rad_s(self) -> tuple[float, float]:
-        """Lowest and highest speed of the table."""
         raise NotImplementedError
 
     def exceeded(self, speed_rad_s: float) -> tuple[Exceeded, ...]:
@@ -116,12 +116,7 @@ class RollingLawSpec(ComputedLaw):
             found = loaded_ring(bearing, load, speed_rad_s=speed)
             return found.lateral_stiffness_n_per_m, self.damping_n_s_per_m * np.eye(2)
 
-        return tabulate(at, *self.range_rad_s)
-
-    @property
-    def range_rad_s(self) -> tuple[float, float]:
-        """Lowest and highest speed of the table."""
-        return 0.0, self.highest_rpm / RPM_PER_RAD_S
+        return tabulate(at, 0.0, self.highest_rpm / RPM_PER_RAD_S)
 
     def exceeded(self, speed_rad_s: float) -> tuple[Exceeded, ...]:
         """Return whether contact pressure or speed are too high."""
@@ -162,13 +157,7 @@ class ShortBearingLawSpec(_FilmSpec):
             found = journal_state(film, self.load_n, speed)
             return found.stiffness_n_per_m, found.damping_n_s_per_m
 
-        return tabulate(at, *self.range_rad_s)
-
-    @property
-    def range_rad_s(self) -> tuple[float, float]:
-        """Lowest and highest speed of the table."""
-        low, high = self.speed_rpm
-        return low / RPM_PER_RAD_S, high / RPM_PER_RAD_S
+        return tabulate(at, low / RPM_PER_RAD_S, high / RPM_PER_RAD_S)
 
     def exceeded(self, speed_rad_s: float) -> tuple[Exceeded, ...]:
         """Return whether the bearing is too long or the journal too far out."""
@@ -198,7 +187,8 @@ class SqueezeFilmLawSpec(_FilmSpec):
 
     def computed(self) -> SpeedTable:
         """Compute stiffness, proportional to the speed, and damping."""
-        return self.over_whirl(np.array(self.range_rad_s), self.whirl_ratio)
+        ends = np.array([0.0, self.highest_rpm / RPM_PER_RAD_S])
+        return self.over_whirl(ends, self.whirl_ratio)
 
     def over_whirl(self, speeds_rad_s: FloatArray, ratio: float = 1.0) -> SpeedTable:
         """Return the coefficients at speeds whose whirl is a multiple of them, (s,)."""
@@ -206,11 +196,6 @@ class SqueezeFilmLawSpec(_FilmSpec):
         found = np.array([damper.coefficients(ratio * float(speed)) for speed in speeds_rad_s])
         both = found[:, :, None, None] * np.eye(2)
         return SpeedTable(speeds_rad_s, both[:, 0], both[:, 1], "linear")
-
-    @property
-    def range_rad_s(self) -> tuple[float, float]:
-        """Lowest and highest speed of the table."""
-        return 0.0, self.highest_rpm / RPM_PER_RAD_S
 
     def exceeded(self, speed_rad_s: float) -> tuple[Exceeded, ...]:
         """Return whether the film is too long, the orbit too wide, or the oil does otherwise."""

@@ -87,6 +87,16 @@ class BeamSpec(Record):
                 raise ValueError(f"{key} has {found} values; 1 or {sections}, one per section")
         return self
 
+    @property
+    def section_radii_m(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Outer and inner radii, one of each per section."""
+        sections = len(self.stations_m) - 1
+        outer, inner = (
+            radii if len(radii) == sections else sections * radii
+            for radii in (self.outer_radius_m, self.inner_radius_m)
+        )
+        return outer, inner
+
 
 class RigidBodySpec(Record):
     """A rigid body such as a casing; it does not turn unless speed_ratio says so."""
@@ -301,14 +311,24 @@ class LoadTableLawSpec(AbsoluteLaw):
             raise ValueError(f"tables has {len(self.tables)} entries for {len(self.load_n)} loads")
         if list(self.load_n) != sorted(set(self.load_n)):
             raise ValueError("load_n must be increasing")
-        axes = {(t.kind, t.speed_rpm, getattr(t, "frequency_hz", ())) for t in self.tables}
+        axes = {
+            (t.kind, t.speed_rpm, getattr(t, "frequency_hz", ()), t.holds_tilts)
+            for t in self.tables
+        }
         if len(axes) > 1:
-            raise ValueError("tables differ in kind, speed_rpm or frequency_hz; allowed is one")
+            raise ValueError(
+                "tables differ in kind, speed_rpm, frequency_hz or size of matrices; allowed is one"
+            )
         return self
 
     def table(self) -> SpeedTable:
         """Return the rows of the highest load."""
         return self.tables[-1].table()
+
+    @property
+    def holds_tilts(self) -> bool:
+        """Whether rx and ry are in its tables."""
+        return self.tables[-1].holds_tilts
 
 
 class PresetLawSpec(Record):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Annotated, Literal
 
 import numpy as np
@@ -62,17 +63,14 @@ class StateSpaceControllerSpec(Record):
 
     def controller(self) -> Controller:
         """Return the controller of an axis, or of both."""
+        found = {key: _matrix(key, getattr(self, key)) for key in ("a", "b", "c", "d")}
         states = len(self.a)
-        shapes = {"a": (states, states), "b": (states, -1), "c": (-1, states), "d": (-1, -1)}
-        found: dict[str, FloatArray] = {}
-        for key, shape in shapes.items():
-            rows = getattr(self, key)
-            if len({len(row) for row in rows}) > 1:
-                raise ValueError(f"{key} has rows of different lengths")
-            matrix = np.array(rows, dtype=float)
-            found[key] = matrix.reshape(len(rows), -1) if matrix.size else np.zeros((0, 0))
-            if shape[0] >= 0 and len(found[key]) != shape[0]:
-                raise ValueError(f"{key} has {len(found[key])} rows; a has {states}")
+        if len(self.b) != states:
+            raise ValueError(f"b has {len(self.b)} rows; a has {states}")
+        if not states:  # empty lists do not tell how many signals there are, d does
+            outputs, inputs = found["d"].shape
+            found["b"] = np.zeros((0, inputs))
+            found["c"] = found["c"] if self.c else np.zeros((outputs, 0))
         return Controller(**found)
 
 
@@ -143,3 +141,10 @@ class MagneticLawSpec(AbsoluteLaw):
 
 def _rad_s(frequency_hz: float) -> float:
     return 2.0 * np.pi * frequency_hz
+
+
+def _matrix(key: str, rows: Sequence[Sequence[float]]) -> FloatArray:
+    lengths = {len(row) for row in rows}
+    if len(lengths) > 1:
+        raise ValueError(f"{key} has rows of different lengths")
+    return np.array(rows, dtype=float).reshape(len(rows), max(lengths, default=0))

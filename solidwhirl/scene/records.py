@@ -360,6 +360,14 @@ class Scene(Record):
         """Speed of a body over that of the reference shaft."""
         return self.speed_ratios()[body]
 
+    def speed_ratio_at(self, place: str) -> float:
+        """Speed of the body of an interface, "body.interface", over that of the reference shaft."""
+        return self.speed_ratio(place.partition(".")[0])
+
+    def law_of(self, bearing: BearingSpec) -> SpeedLawSpec | None:
+        """Speed law of a bearing; None if it names none, or one that the scene does not have."""
+        return self.speed_laws.get(bearing.speed_law or "")
+
     def speed_ratios(self) -> dict[str, float]:
         """Speed of every body over that of the reference shaft."""
         return {name: body.speed_ratio for name, body in self._every_body().items()}

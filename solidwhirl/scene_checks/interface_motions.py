@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
+from solidwhirl.scene.bearing_physics import AbsoluteLaw
 from solidwhirl.scene.joints import BearingSpec, RigidBodySpec
 from solidwhirl.scene.records import Scene
 
@@ -46,8 +47,8 @@ def acting_on(scene: Scene, effect: str) -> list[str]:
 
 def _actions(scene: Scene) -> Iterator[tuple[str, str, str]]:
     for bearing in scene.bearings:
-        law = scene.speed_laws.get(bearing.speed_law or "")
-        tilts = law is not None and law.kind == "frequency_table" and law.holds_tilts
+        law = scene.law_of(bearing)
+        tilts = isinstance(law, AbsoluteLaw) and law.holds_tilts
         for motion in dict.fromkeys((*_of_bearing(bearing), *(("rx", "ry") if tilts else ()))):
             for place in (bearing.first, bearing.second):
                 if place != "ground":

@@ -100,7 +100,7 @@ def _further_problems(scene: Scene, spec: AnalysisSpec) -> Iterator[str]:
     if spec.kind == "api617":
         yield from _api617_problems(scene, spec)
     if spec.kind == "sensitivity" and not any(
-        isinstance(scene.speed_laws.get(b.speed_law or ""), MagneticLawSpec) for b in scene.bearings
+        isinstance(scene.law_of(b), MagneticLawSpec) for b in scene.bearings
     ):
         yield "kind: sensitivity is that of magnetic bearings; no bearing has a law of that kind"
     if spec.kind == "separation_margins" and not (spec.operating or scene.operating):
@@ -191,7 +191,7 @@ def _nonlinear_problems(scene: Scene, spec: NonlinearResponseSpec) -> Iterator[s
     """Unbalances that turn at several speeds, and friction where nothing slides."""
 
     def ratio(place: str) -> float:
-        return 0.0 if place == "ground" else scene.speed_ratio(place.partition(".")[0])
+        return 0.0 if place == "ground" else scene.speed_ratio_at(place)
 
     turns = sorted({abs(ratio(u.at)) for u in spec.unbalances})
     if len(turns) > 1:
@@ -217,9 +217,7 @@ def _support_problems(
         bearing = named[name]
         if {"ux", "uy"} & set(bearing.rigid):
             yield f"bearings[{k}]: {name!r} is rigid in ux or uy; it has no stiffness to vary"
-        elif spec.kind == "stiffness_study" and isinstance(
-            scene.speed_laws.get(bearing.speed_law or ""), AbsoluteLaw
-        ):
+        elif spec.kind == "stiffness_study" and isinstance(scene.law_of(bearing), AbsoluteLaw):
             yield (
                 f"bearings[{k}]: {name!r} has the table {bearing.speed_law!r}, which gives its "
                 "stiffness; name bearings without a table"
@@ -228,14 +226,14 @@ def _support_problems(
 
 def _run_up_problems(scene: Scene, spec: RunUpSpec) -> Iterator[str]:
     for bearing in scene.bearings:
-        law = scene.speed_laws.get(bearing.speed_law or "")
+        law = scene.law_of(bearing)
         if isinstance(law, MagneticLawSpec) and law.bearing().controller.integrates:
             yield (
                 f"kind: a run_up takes bearings as they are at the frequency of the spin, and the "
                 f"controller of {bearing.speed_law!r} integrates, which has no value at rest; give "
                 "it no integral part for a run_up"
             )
-    ratios = [abs(scene.speed_ratio(u.at.partition(".")[0])) for u in spec.unbalances]
+    ratios = [abs(scene.speed_ratio_at(u.at)) for u in spec.unbalances]
     fastest = max(ratios, default=0.0) * spec.to_rpm / 60.0
     if spec.record_hz < _RECORDS_PER_TURN * fastest:
         yield (

@@ -104,9 +104,7 @@ def _rigid_problems(bearing: BearingSpec) -> Iterator[str]:
 
 
 def _law_problems(scene: Scene, bearing: BearingSpec) -> Iterator[str]:
-    if bearing.sensor is not None and not isinstance(
-        scene.speed_laws.get(bearing.speed_law or ""), MagneticLawSpec
-    ):
+    if bearing.sensor is not None and not isinstance(scene.law_of(bearing), MagneticLawSpec):
         yield "sensor: a bearing has one if its speed_law is of kind magnetic"
     if bearing.speed_law is None:
         return

@@ -212,7 +212,7 @@ def _at_any_speed(scene: Scene, bearing: BearingSpec) -> FloatArray:
 
 
 def _tabled(scene: Scene, bearing: BearingSpec) -> FloatArray:
-    law = scene.speed_laws.get(bearing.speed_law or "")
+    law = scene.law_of(bearing)
     if isinstance(law, AbsoluteLaw):
         return law.table().stiffness_n_per_m.reshape(-1, 2)
     return np.array(bearing.stiffness_n_per_m)
@@ -254,10 +254,8 @@ def _centres(scene: Scene) -> Mapping[str, float]:
 def _beam_centre(scene: Scene, name: str, beam: BeamSpec) -> float:
     """Centre of gravity of a beam with its disks along the axis, m."""
     material = known_material(scene_materials(scene), beam.material, f"beams.{name}")
-    ends, outer, inner = (
-        np.array(values) for values in (beam.stations_m, beam.outer_radius_m, beam.inner_radius_m)
-    )
-    areas = np.pi * np.broadcast_to(outer**2 - inner**2, ends.size - 1)
+    ends, (outer, inner) = np.array(beam.stations_m), np.array(beam.section_radii_m)
+    areas = np.pi * (outer**2 - inner**2)
     masses = [*(material.density_kg_per_m3 * areas * np.diff(ends))]
     masses += [d.mass_kg for d in beam.disks]
     places = [*(0.5 * (ends[1:] + ends[:-1])), *(d.at_m for d in beam.disks)]

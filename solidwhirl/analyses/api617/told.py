@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from solidwhirl.analyses.api617.clauses import figure_text, verdicts_by_bearings
@@ -81,13 +81,21 @@ def _set_table(document: Mapping[str, Any]) -> Table:
     )
 
 
-def _several(document: Mapping[str, Any]) -> bool:
-    return len(document["bearing_cases"]) > 1
-
-
-def _with_bearings(document: Mapping[str, Any], row: list[Any], name: str) -> list[Any]:
-    """A row of a table with its set of bearing laws in front, where there are several."""
-    return [name, *row] if _several(document) else row
+def _by_bearings(
+    document: Mapping[str, Any],
+    title: str,
+    head: list[str],
+    rows: Iterable[tuple[str, list[Any]]],
+    caption: str,
+) -> Table:
+    """A table whose rows have their set of bearing laws in front, where there are several."""
+    several = len(document["bearing_cases"]) > 1
+    return Table(
+        title=title,
+        head=["bearings", *head] if several else head,
+        rows=[[name, *row] if several else row for name, row in rows],
+        caption=caption,
+    )
 
 
 def _unbalance_cases(
@@ -99,18 +107,12 @@ def _unbalance_cases(
 
 
 def _clause_table(document: Mapping[str, Any]) -> Table:
-    return Table(
-        title="Clauses",
-        head=_with_bearings(
-            document,
-            ["clause", "what", "where", "figure", "asked", "to spare", "error", "verdict", "note"],
-            "bearings",
-        ),
-        rows=[
-            _with_bearings(document, _clause_cells(row), row["bearings"])
-            for row in document["clauses"]
-        ],
-        caption="To spare: of margins as a part of the speed, else of the limit. The error is that "
+    return _by_bearings(
+        document,
+        "Clauses",
+        ["clause", "what", "where", "figure", "asked", "to spare", "error", "verdict", "note"],
+        ((row["bearings"], _clause_cells(row)) for row in document["clauses"]),
+        "To spare: of margins as a part of the speed, else of the limit. The error is that "
         "of the model's discretisation, where it is known, of margins as a part of the speed, else "
         "of the figure.",
     )
@@ -131,59 +133,52 @@ def _clause_cells(row: Mapping[str, Any]) -> list[Any]:
 
 
 def _placement_table(document: Mapping[str, Any]) -> Table:
-    return Table(
-        title="Unbalances",
-        head=_with_bearings(
-            document,
-            [
-                *("at", "kind", "W [kg]", "unbalance [g mm]", "angle [°]"),
-                *("modes [rpm]", "scale factor"),
-            ],
-            "bearings",
-        ),
-        rows=[
-            _with_bearings(
-                document,
-                [
-                    u["at"],
-                    case["kind"],
-                    f"{u['load_kg']:.4g}",
-                    f"{_GRAM_MM * u['moment_kg_m']:.4g}",
-                    f"{u['phase_deg']:.0f}",
-                    ", ".join(f"{rpm:.0f}" for rpm in case["modes_rpm"]),
-                    f"{case['scale_factor']:.4g}",
-                ],
-                name,
-            )
-            for name, _, case in _unbalance_cases(document)
-            for u in case["unbalances"]
+    return _by_bearings(
+        document,
+        "Unbalances",
+        [
+            *("at", "kind", "W [kg]", "unbalance [g mm]", "angle [°]"),
+            *("modes [rpm]", "scale factor"),
         ],
-        caption="One run for each set of unbalances, for the undamped critical speeds whose shapes "
+        (
+            (name, _placement_cells(case, unbalance))
+            for name, _, case in _unbalance_cases(document)
+            for unbalance in case["unbalances"]
+        ),
+        "One run for each set of unbalances, for the undamped critical speeds whose shapes "
         "ask for it. By the scale factor amplitudes are raised to the limit of vibration, for "
         "clearances.",
     )
 
 
-def _peak_table(document: Mapping[str, Any]) -> Table:
-    rows = [
-        _with_bearings(document, [case, probe, *_peak_cells(peak)], name)
-        for name, case, found in _unbalance_cases(document)
-        for probe, own in found["probes"].items()
-        for peak in own["peaks"]
+def _placement_cells(case: Mapping[str, Any], unbalance: Mapping[str, Any]) -> list[Any]:
+    return [
+        unbalance["at"],
+        case["kind"],
+        f"{unbalance['load_kg']:.4g}",
+        f"{_GRAM_MM * unbalance['moment_kg_m']:.4g}",
+        f"{unbalance['phase_deg']:.0f}",
+        ", ".join(f"{rpm:.0f}" for rpm in case["modes_rpm"]),
+        f"{case['scale_factor']:.4g}",
     ]
-    return Table(
-        title="Peaks at the probes",
-        head=_with_bearings(
-            document,
-            [
-                *("unbalance", "probe", "speed [rpm]", "peak to peak [µm]"),
-                *("amplification factor [1]", "margin", "asked [%]", "error of the speed"),
-                "verdict",
-            ],
-            "bearings",
+
+
+def _peak_table(document: Mapping[str, Any]) -> Table:
+    return _by_bearings(
+        document,
+        "Peaks at the probes",
+        [
+            *("unbalance", "probe", "speed [rpm]", "peak to peak [µm]"),
+            *("amplification factor [1]", "margin", "asked [%]", "error of the speed"),
+            "verdict",
+        ],
+        (
+            (name, [case, probe, *_peak_cells(peak)])
+            for name, case, found in _unbalance_cases(document)
+            for probe, own in found["probes"].items()
+            for peak in own["peaks"]
         ),
-        rows=rows,
-        caption="Amplification factor from half-power points. Peaks below 2.5 are no critical "
+        "Amplification factor from half-power points. Peaks below 2.5 are no critical "
         "speeds; undefined ones do not fall by 3 dB on both sides.",
     )
 
@@ -244,64 +239,54 @@ def _levels(document: Mapping[str, Any], level: str) -> dict[str, Mapping[str, A
 
 
 def _level_1_table(document: Mapping[str, Any]) -> Table:
-    return Table(
-        title="Stability, level I",
-        head=_with_bearings(
-            document,
-            ["log decrement at QA", "error", "Q0 [N/m]", "Q0/QA", "screening"],
-            "bearings",
-        ),
-        rows=[
-            _with_bearings(
-                document,
-                [
-                    f"{level['log_decrement_at_expected']:.4f}",
-                    error_words(level["error_estimate"]),
-                    "not reached"
-                    if level["lost_at_n_per_m"] is None
-                    else f"{level['lost_at_n_per_m']:.4g}",
-                    "–" if level["times_expected"] is None else f"{level['times_expected']:.3g}",
-                    level["why"],
-                ],
-                name,
-            )
-            for name, level in _levels(document, "level_1").items()
-        ],
-        caption="At the maximum continuous speed, the first forward mode; level II is asked for "
+    return _by_bearings(
+        document,
+        "Stability, level I",
+        ["log decrement at QA", "error", "Q0 [N/m]", "Q0/QA", "screening"],
+        ((name, _level_1_cells(level)) for name, level in _levels(document, "level_1").items()),
+        "At the maximum continuous speed, the first forward mode; level II is asked for "
         "where the screening says so.",
     )
 
 
+def _level_1_cells(level: Mapping[str, Any]) -> list[Any]:
+    lost, times = level["lost_at_n_per_m"], level["times_expected"]
+    return [
+        f"{level['log_decrement_at_expected']:.4f}",
+        error_words(level["error_estimate"]),
+        "not reached" if lost is None else f"{lost:.4g}",
+        "–" if times is None else f"{times:.3g}",
+        level["why"],
+    ]
+
+
 def _level_2_table(document: Mapping[str, Any]) -> Table:
-    return Table(
-        title="Stability, level II",
-        head=_with_bearings(
-            document,
-            [
-                *("rotor", "cross-coupling added [N/m]", "log decrement, first forward [1]"),
-                *("error", "frequency [rpm]"),
-            ],
-            "bearings",
-        ),
-        rows=[
-            _with_bearings(
-                document,
-                [
-                    r["rotor"],
-                    f"{r['cross_coupling_n_per_m']:.4g}",
-                    f"{r['log_decrement']:.4f}",
-                    error_words(r["error_estimate"]),
-                    f"{r['frequency_rpm']:.0f}",
-                ],
-                name,
-            )
-            for name, level in _levels(document, "level_2").items()
-            for r in level["rows"]
+    return _by_bearings(
+        document,
+        "Stability, level II",
+        [
+            *("rotor", "cross-coupling added [N/m]", "log decrement, first forward [1]"),
+            *("error", "frequency [rpm]"),
         ],
-        caption="At the maximum continuous speed: without the groups, with each alone, with all; "
+        (
+            (name, _level_2_cells(row))
+            for name, level in _levels(document, "level_2").items()
+            for row in level["rows"]
+        ),
+        "At the maximum continuous speed: without the groups, with each alone, with all; "
         "cross-coupling of seals is in their bearing laws. Bearings are taken at the frequency of "
         f"the mode. {LEAST_DECREMENT:g} is asked for of the complete rotor.",
     )
+
+
+def _level_2_cells(row: Mapping[str, Any]) -> list[Any]:
+    return [
+        row["rotor"],
+        f"{row['cross_coupling_n_per_m']:.4g}",
+        f"{row['log_decrement']:.4f}",
+        error_words(row["error_estimate"]),
+        f"{row['frequency_rpm']:.0f}",
+    ]
 
 
 def _iso_table(document: Mapping[str, Any]) -> Table:

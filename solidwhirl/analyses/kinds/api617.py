@@ -126,8 +126,13 @@ class Api617Spec(base.Analysis):
 
     def possible_files(self, bearings: Mapping[str, bool]) -> tuple[str, ...]:
         """Return the names of its pictures: responses of each set of bearing laws, and damping."""
-        parts = [f"_{case.file_part}" for case in self.cases]
-        return tuple(f"{self.label}{part}.png" for part in ("", *parts, "_stability"))
+        endings = (*self._endings.values(), "_stability")
+        return tuple(f"{self.label}{ending}.png" for ending in endings)
+
+    @property
+    def _endings(self) -> dict[str, str]:
+        """What the picture of each set of bearing laws has after the name."""
+        return {OWN: "", **{case.name: f"_{case.file_part}" for case in self.cases}}
 
     def missing(self, operating: Sequence[base.OperatingSpec]) -> str | None:
         """Return what it is not told of its shaft and speeds; None if nothing is missing.
@@ -314,12 +319,9 @@ class Api617Spec(base.Analysis):
         """Responses of every case; damping over applied cross-coupling where it was computed."""
         document = found.document
         drawn: dict[str, base.Charts] = {}
-        for name, part in (
-            (OWN, ""),
-            *((case.name, f"_{case.file_part}") for case in self.cases),
-        ):
+        for name, ending in self._endings.items():
             if document["bearing_cases"][name]["cases"]:
-                drawn[part] = partial(pictures.response_charts, document, name)
+                drawn[ending] = partial(pictures.response_charts, document, name)
         if self.stages:
             drawn["_stability"] = partial(pictures.stability_charts, document)
         return drawn

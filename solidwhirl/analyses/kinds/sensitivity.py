@@ -15,9 +15,9 @@ from solidwhirl.core.blocks import AnalysisBlock, Table, Text, numbers
 from solidwhirl.core.fields import Positive
 from solidwhirl.core.outcome import Outcome
 from solidwhirl.core.plain_data import Labels
-from solidwhirl.rotordyn.assembly.magnetic_laws import magnetic_bearing
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
+from solidwhirl.rotordyn.modes.controlled import controlled
 from solidwhirl.rotordyn.plots import chart as charts
 from solidwhirl.rotordyn.stability.magnetic_loops import (
     ZONE_LIMITS,
@@ -63,7 +63,8 @@ class SensitivitySpec(base.Sweep):
         top = highest or highest_of(last)
         peaks = [axis.frequency_rad_s for axis in found[-1].axes]
         omega = np.unique(np.concatenate((np.geomspace(_LOWEST * top, top, _FREQUENCIES), peaks)))
-        names = [f"{name} {axis}" for name in _loops(engine) for axis in "xy"]
+        loops = controlled(engine.system).loops
+        names = [f"{loop.name} {axis}" for loop in loops for axis in "xy"]
         curves = np.abs(sensitivities(engine.system, last, omega)).T
         document: dict[str, Any] = {
             "speed_rpm": (self.speeds_rad_s * RPM_PER_RAD_S).tolist(),
@@ -120,14 +121,6 @@ class SensitivitySpec(base.Sweep):
         """Yield the largest sensitivity of all axes and speeds, none where a speed is unstable."""
         every = [peak for axis in document["axes"] for peak in axis["peak"]]
         yield "largest_sensitivity", None if None in every else base.largest_of(every)
-
-
-def _loops(engine: base.Engine) -> list[str]:
-    return [
-        joint.bearing
-        for joint in engine.system.law_joints
-        if magnetic_bearing(joint.law) is not None
-    ]
 
 
 def _rank(found: Sensitivity) -> tuple[float, float]:

@@ -163,20 +163,22 @@ class StaticSpec(base.Analysis):
 
     def possible_files(self, bearings: Mapping[str, bool]) -> tuple[str, ...]:
         """Return one picture, or one for each of several speeds or angles."""
+        return tuple(f"{self.label}{ending}.png" for ending in self._endings)
+
+    @property
+    def _endings(self) -> list[str]:
+        """What the picture of each state has after the name."""
         if len(self.angles_deg) > 1:
-            ends = [f"_{base.number_text(angle)}deg" for angle in self.angles_deg]
-        else:
-            ends = [f"_{base.number_text(rpm)}rpm" for rpm in self.speeds_rpm]
-        return tuple(f"{self.label}{end}.png" for end in (ends if len(ends) > 1 else [""]))
+            return [f"_{base.number_text(angle)}deg" for angle in self.angles_deg]
+        if len(self.speeds_rpm) > 1:
+            return [f"_{base.number_text(rpm)}rpm" for rpm in self.speeds_rpm]
+        return [""]
 
     def pictures(self, found: base.Found) -> Mapping[str, base.Charts]:
         """Deflections and forces along x and y, at each speed."""
-        files = self.possible_files({})
         return {
-            file.removeprefix(self.label).removesuffix(".png"): partial(
-                _charts, found.document, [state]
-            )
-            for file, state in zip(files, found.document["speeds"], strict=True)
+            ending: partial(_charts, found.document, [state])
+            for ending, state in zip(self._endings, found.document["speeds"], strict=True)
             if _directions([state])
         }
 

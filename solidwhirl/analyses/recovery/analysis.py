@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from solidwhirl.analyses.base import Analysis, Engine, Found, Scalars
-from solidwhirl.analyses.recovery.records import MOST_STATES, SPIN, RecoveryStateSpec
+from solidwhirl.analyses.recovery.records import MOST_STATES, RecoveryStateSpec
 from solidwhirl.core.blocks import AnalysisBlock, CutBodies, Table, numbers
 from solidwhirl.core.fields import MOST, Name, alike_in_files
 from solidwhirl.core.outcome import Outcome, PageSection, Write
@@ -102,7 +102,7 @@ class RecoverySpec(Analysis):
                 bodies = {}
                 for found in bodies_of(wanted, engine.system, state, engine.recoveries):
                     bodies[found.body] = found.document
-                    if state.source != SPIN:
+                    if not state.is_spin:
                         checks.append(_energy_check(self.label, found))
                     files |= state_files(wanted, found, asked.phases)
                     if state.time_s is not None:

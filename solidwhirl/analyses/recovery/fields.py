@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from solidwhirl.analyses.recovery.records import SPIN
 from solidwhirl.analyses.recovery.states import EngineState
 from solidwhirl.core.outcome import Write
 from solidwhirl.files.vtk_files import Grid, write_pvd, write_vtu
@@ -97,9 +96,9 @@ def _recovered(
     speed_rad_s: float,
 ) -> Recovered:
     found = maker.recover(motion, speed_rad_s)
-    if state.source == SPIN and found.steady is None:
+    if state.is_spin and found.steady is None:
         raise AnalysisError(f"state {state.label!r}: body {name!r} has no centrifugal field")
-    shown = (found.steady,) if state.source == SPIN else found.terms
+    shown = (found.steady,) if state.is_spin else found.terms
     largest, at = _largest_displacement(found.points, shown, asked.sectors)
     document: dict[str, Any] = {
         "speed_rpm": speed_rad_s * RPM_PER_RAD_S,
@@ -107,7 +106,7 @@ def _recovered(
         "largest_displacement_at_m": at,
     }
     element = system.system.rotors[name].element
-    document |= _energies(element, motion, found) if state.source != SPIN else _NO_ENERGIES
+    document |= _NO_ENERGIES if state.is_spin else _energies(element, motion, found)
     if asked.stressed:
         document |= _stresses(found, maker.material_names, state)
     kinetic = float(0.5 * np.real(motion.conj() @ element.mass @ motion))
@@ -170,7 +169,7 @@ def _stresses(found: Any, materials: tuple[str, ...], state: EngineState) -> dic
         return _largest_stress(found, terms, steady, materials)
 
     steady = () if found.steady is None else (found.steady,)
-    moves = state.source != SPIN
+    moves = not state.is_spin
     return {
         "dynamic": largest(found.terms, ()) if moves else None,
         "steady": largest((), steady) if steady else None,
@@ -261,17 +260,17 @@ def _write_state(found: Recovered, stressed: bool, path: Path) -> None:
     space, state = found.in_space(), found.state
     steady = space.steady_stress_pa if stressed else None
     fields: dict[str, Any] = {}
-    if state.source != SPIN:
+    if not state.is_spin:
         fields |= _at_phases("displacement", space.displacement_m)
     if space.steady_displacement_m is not None:
         fields["displacement_steady"] = space.steady_displacement_m
-    if stressed and state.source != SPIN:
+    if stressed and not state.is_spin:
         fields |= _at_phases("stress", space.stress_pa)
         fields["von_mises_dynamic"] = peak_von_mises(space.stress_pa)[0]
     if steady is not None:
         fields["stress_steady"] = steady
         fields["von_mises_steady"] = von_mises(steady)
-    if steady is not None and state.source != SPIN and state.has_size:
+    if steady is not None and not state.is_spin and state.has_size:
         fields["von_mises_total"] = peak_von_mises(space.stress_pa, steady)[0]
     if stressed:
         both = steady if state.has_size else None

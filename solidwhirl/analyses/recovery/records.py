@@ -53,17 +53,16 @@ class RecoveryStateSpec(Record):
                 f"a state is one of {', '.join(_SOURCES)}, or speed_rpm alone; found "
                 f"{', '.join(given) or 'none'}"
             )
-        source = given[0] if given else SPIN
         needed = {
             "mode": ("speed_rpm",),
             "response": ("speed_rpm", "peak"),
             "run_up": ("time_s", "peak"),
             SPIN: ("speed_rpm",),
-        }[source]
+        }[self.source]
         places = [k for k in ("speed_rpm", "time_s", "peak") if getattr(self, k) is not None]
         if len(places) != 1 or places[0] not in needed:
             found = ", ".join(places) or "neither"
-            raise ValueError(f"{source} needs {' or '.join(needed)}; found {found}")
+            raise ValueError(f"{self.source} needs {' or '.join(needed)}; found {found}")
         if self.amplitude_m is not None and self.mode is None:
             raise ValueError("amplitude_m belongs to a mode; other states have their own amplitude")
         if self.between_rpm is not None:
@@ -73,16 +72,21 @@ class RecoveryStateSpec(Record):
                 raise ValueError("the second of between_rpm must be higher")
         if self.phases and self.run_up is not None:
             raise ValueError("phases belongs to vibrations; a run-up has instants: give time_s")
-        if self.phases and source == SPIN:
+        if self.phases and self.is_spin:
             raise ValueError("phases belongs to vibrations; steady spin has none")
         if self.time_s is not None and list(self.time_s) != sorted(set(self.time_s)):
             raise ValueError("time_s must be rising")
         return self
 
     @property
+    def source(self) -> str:
+        """Its source: "mode", "response", "run_up", or `SPIN`."""
+        return next((key for key in _SOURCES if getattr(self, key) is not None), SPIN)
+
+    @property
     def is_spin(self) -> bool:
         """Whether nothing moves but the spin."""
-        return all(getattr(self, key) is None for key in _SOURCES)
+        return self.source == SPIN
 
     @property
     def label(self) -> str:

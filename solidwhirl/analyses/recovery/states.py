@@ -55,6 +55,11 @@ class EngineState:
     #: Of an instant of a run-up
     time_s: float | None = None
 
+    @property
+    def is_spin(self) -> bool:
+        """Whether nothing moves but the spin."""
+        return self.source == SPIN
+
 
 def engine_states(
     spec: RecoveryStateSpec, analyses: Mapping[str, Analysis], system: AssembledSystem

@@ -15,6 +15,7 @@ from solidwhirl.model.effects import make_plan
 from solidwhirl.pipeline.cached_stages import engine_part
 from solidwhirl.pipeline.run import run_scene
 from solidwhirl.rotordyn import AnalysisError
+from solidwhirl.scene_checks.interface_motions import motions_acted_on
 from solidwhirl.scene_reading.reader import parse_scene
 
 G, RHO, MODULUS, NU, RADIUS = 9.80665, 7800.0, 2e11, 0.3, 0.02
@@ -167,6 +168,27 @@ def test_what_does_not_fit_is_refused(case, tmp_path):
     with pytest.raises(kind) as caught:
         run_scene(parse_scene(data, tmp_path / "s.toml"))
     assert said in str(caught.value)
+
+
+def test_tables_that_hold_tilts_ask_for_them(tmp_path):
+    """As a table over the frequency does; all tables of a law are of one size."""
+    whole, across = (
+        {
+            "kind": "frequency_table",
+            "speed_rpm": [0.0, 9000.0],
+            "stiffness_n_per_m": 2 * [np.diag(entries).tolist()],
+            "damping_n_s_per_m": 2 * [np.diag(entries).tolist()],
+        }
+        for entries in ([1e6, 1e6, 1e3, 1e3], [1e6, 1e6])
+    )
+    over_load = {"kind": "load_table", "load_n": [1.0, 250.0], "tables": [whole, whole]}
+    scenes = [parse_scene(scene(tmp_path, TWO, speed_laws={"film": w})) for w in (whole, over_load)]
+    of_table, of_load_table = (motions_acted_on(one) for one in scenes)
+    assert of_load_table == of_table and [m for m, _ in of_table["s.a"]] == ["rx", "ry"]
+    with pytest.raises(SceneError, match="or size of matrices"):
+        parse_scene(
+            scene(tmp_path, TWO, speed_laws={"film": over_load | {"tables": [whole, across]}})
+        )
 
 
 def test_one_static_analysis_loads_all_tables(tmp_path):

@@ -12,6 +12,7 @@ from solidwhirl.datasets.results import datasets
 from solidwhirl.pipeline.run import run_scene
 from solidwhirl.rotordyn.modes.controlled import controlled, state_matrix
 from solidwhirl.rotordyn.plots.chart import Rule
+from solidwhirl.scene.magnetic_bearings import MagneticLawSpec
 from solidwhirl.scene_reading.reader import parse_scene
 
 PID = {"kind": "pid", "proportional_a_per_m": 1.5e4, "derivative_a_s_per_m": 4.0}
@@ -104,6 +105,12 @@ def test_forms_of_a_controller_and_sensors_apart():
         peaks.append([axis["peak"] for axis in found["axes"]])
     np.testing.assert_allclose(peaks[1], peaks[0], rtol=1e-9)
     np.testing.assert_allclose(peaks[2], peaks[0], rtol=1e-9)
+
+
+def test_a_state_space_without_states_is_a_gain():
+    gain = {"kind": "state_space", "a": [], "b": [], "c": [], "d": [[1.5e4]]}
+    law = MagneticLawSpec.model_validate({**AMB, "controller": gain})
+    np.testing.assert_array_equal(law.bearing().controller.response(1j), 1.5e4 * np.eye(2))
 
 
 @pytest.mark.parametrize(
