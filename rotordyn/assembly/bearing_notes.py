@@ -181,7 +181,7 @@ def coefficients_at_speed(
 ) -> BearingCoefficients:
     """Return the coefficients of a bearing on (ux, uy) at a speed of the reference shaft.
 
-    The result is of its law, or its own ones if it has none; each (2, 2).
+    The result is of its law, without tilt terms, or its own ones if it has none; each (2, 2).
     """
     if bearing.speed_law is None:
         return BearingCoefficients(bearing.stiffness_n_per_m, bearing.damping_n_s_per_m)
@@ -189,11 +189,12 @@ def coefficients_at_speed(
     by_frequency = frequency_law(law)
     if by_frequency is not None:  # for slow motions: those of added mass are no stiffness
         law = by_frequency.at_rate(0j)
-    return law.coefficients(
+    found = law.coefficients(
         spin_ratio(assembled, bearing) * abs(speed_rad_s),
         bearing.stiffness_n_per_m,
         bearing.damping_n_s_per_m,
     )
+    return BearingCoefficients(*(matrix[:2, :2] for matrix in found))
 
 
 def _range_findings(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -165,27 +166,29 @@ def bearings(scene: Scene, plan: Plan, loads: Loads | None = None) -> tuple[Bear
     `loads`: of the bearings with a table over it.
     """
     off = tuple(name for name in _OF_EFFECT if not plan.on(name))
-    damped = plan.on("bearing_damping")
+    # one for all bearings that share it
+    law_of = cache(partial(_law_of, scene, plan.on("bearing_damping")))
     found = []
     for spec in scene.bearings:
-        law = _law_of(scene, spec, damped)
+        law = law_of(spec.speed_law, scene.speed_ratio_at(spec.first) != 0.0)
         if isinstance(law, LoadTable):
             law = law.at((loads or {})[spec.name])
         found.append(_bearing(spec, off, law))
     return tuple(found) if plan.on("speed_dependent_bearings") else tuple(map(_at_rest, found))
 
 
-def _law_of(scene: Scene, spec: BearingSpec, damped: bool) -> SpeedLaw | LoadTable | None:
-    """Return the speed law of a bearing, None without; films around rings that stand still too."""
-    if spec.speed_law is None:
+def _law_of(
+    scene: Scene, damped: bool, name: str | None, turns: bool
+) -> SpeedLaw | LoadTable | None:
+    """Return a speed law for a first end that turns or stands still; None without a name."""
+    if name is None:
         return None
-    law = scene.speed_laws[spec.speed_law]
+    law = scene.speed_laws[name]
     if isinstance(law, LoadTableLawSpec):
-        return _load_table(spec.speed_law, law, damped)
-    turns = scene.speed_ratio_at(spec.first) != 0.0
+        return _load_table(name, law, damped)
     if isinstance(law, SqueezeFilmLawSpec) and not turns:
-        return _film_of_a_still_ring(spec.speed_law, law, float(damped))
-    return _law(spec.speed_law, law, damped)
+        return _film_of_a_still_ring(name, law, float(damped))
+    return _law(name, law, damped)
 
 
 def _at_rest(bearing: Bearing) -> Bearing:

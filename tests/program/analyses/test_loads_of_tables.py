@@ -15,6 +15,7 @@ from solidwhirl.model.effects import make_plan
 from solidwhirl.pipeline.cached_stages import engine_part
 from solidwhirl.pipeline.run import run_scene
 from solidwhirl.rotordyn import AnalysisError
+from solidwhirl.rotordyn.assembly.bearing_notes import coefficients_at_speed
 from solidwhirl.scene_checks.interface_motions import motions_acted_on
 from solidwhirl.scene_reading.reader import parse_scene
 
@@ -181,10 +182,17 @@ def test_tables_that_hold_tilts_ask_for_them(tmp_path):
         }
         for entries in ([1e6, 1e6, 1e3, 1e3], [1e6, 1e6])
     )
-    over_load = {"kind": "load_table", "load_n": [1.0, 250.0], "tables": [whole, whole]}
+    over_load = {"kind": "load_table", "load_n": [0.0, 500.0], "tables": [whole, whole]}
     scenes = [parse_scene(scene(tmp_path, TWO, speed_laws={"film": w})) for w in (whole, over_load)]
     of_table, of_load_table = (motions_acted_on(one) for one in scenes)
     assert of_load_table == of_table and [m for m, _ in of_table["s.a"]] == ["rx", "ry"]
+    # notes of bearings look at what acts on (ux, uy)
+    run, same = map(run_scene, scenes)
+    assert same.at_rest.frequency_hz == pytest.approx(run.at_rest.frequency_hz, rel=1e-9)
+    of_both = [
+        coefficients_at_speed(r.system, r.system.system.bearings[0], 500.0) for r in (run, same)
+    ]
+    np.testing.assert_allclose(*of_both, rtol=1e-12)
     with pytest.raises(SceneError, match="or size of matrices"):
         parse_scene(
             scene(tmp_path, TWO, speed_laws={"film": over_load | {"tables": [whole, across]}})
