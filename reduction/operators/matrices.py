@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 import ufl
 
+from solidwhirl.core.joint_states import JointState
+from solidwhirl.geometry import Body
 from solidwhirl.meshing import Mesh
 from solidwhirl.meshing.imported.records import AnyBody
+from solidwhirl.reduction.errors import ReductionError
 from solidwhirl.reduction.operators import compat, forms, kinematics, solid_matrices
 from solidwhirl.reduction.operators.coupling import Coupling, couple
 from solidwhirl.reduction.operators.cyclic import CyclicIndex
@@ -18,6 +22,8 @@ from solidwhirl.reduction.operators.dofs import Unknowns, motion_vectors
 from solidwhirl.reduction.operators.held import HeldBody, held_body
 from solidwhirl.reduction.operators.joined import JoinedParts, distributed
 from solidwhirl.reduction.operators.kinematics import Kinematics
+from solidwhirl.reduction.operators.layers import JointSprings, Layer, layer_in, with_layer
+from solidwhirl.reduction.operators.press_fits import Settled, settle
 from solidwhirl.reduction.operators.prestress import centrifugal_displacement
 from solidwhirl.reduction.solvers.memory import return_free_memory
 from solidwhirl.reduction.solvers.vectors import project
@@ -42,6 +48,9 @@ class OperatorEffects:
     neighbours: bool = False
     #: How systems of a solid are solved, see `solidwhirl.reduction.operators.solver_choice`
     solver: str = "auto"
+    maximum_speed_rad_s: float = (
+        0.0  #: Largest speed, to which pressed faces of joints are looked at
+    )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -54,6 +63,7 @@ class Ingredients:
     centrifugal_field: Any  #: Displacement at unit speed (Function), None without it
     effects: OperatorEffects
     component_mass: Any  #: M of one component of u on all nodes, PETSc
+    springs: tuple[JointSprings, ...] = ()  #: Of the body's joints
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -99,6 +109,7 @@ class BodyOperators:
     space: Any
     ingredients: Ingredients
     assembled: tuple[str, ...]
+    joint_states: tuple[JointState, ...] = ()  #: Of pressed faces, see `press_fits`
 
     @property
     def comm(self) -> Any:
@@ -131,11 +142,12 @@ def build_operators(
 
     `mesh`: meridian (harmonic level) or solid mesh; needed on rank 0 only. `order`: circumferential
     order n on a meridian mesh, cyclic index h on that of a sector, None on a mesh of the whole
-    solid. Raises ReductionError: interfaces that can not be coupled.
+    solid. Raises ReductionError: interfaces that can not be coupled; joints, see `settle`.
     """
     about = (mesh.dimension, mesh.sector, mesh.materials) if mesh is not None else None
     dimension, sector, materials = comm.bcast(about, root=0)
     domain, material_tags, facet_tags, joined = distributed(mesh, dimension, len(materials), comm)
+    assemble: Callable[..., _Assembly]
     if dimension == 2:
         kin, assemble = kinematics.harmonic(domain, order or 0), _assemble_meridian
     elif order is None:
@@ -148,6 +160,15 @@ def build_operators(
     matter = forms.medium(domain, material_tags, materials)
     space = compat.vector_space(domain, degree, 3)
     coupling = couple(space, kin, facet_tags, body.interfaces, effects.components, effects.shape)
+    settled = Settled(springs=(), states=())
+    if isinstance(body, Body) and body.joints:
+        if dimension == 3:
+            raise ReductionError(f"{body.joints[0].where}: joints at level solid are not built")
+        around = kinematics.harmonic(domain, 0)
+        settled = settle(space, around, matter, facet_tags, body.joints, materials,
+                         effects.maximum_speed_rad_s)  # fmt: skip
+        layer = layer_in(space, facet_tags, settled.springs)
+        assemble = partial(_assemble_meridian, layer=layer)
     assembly = assemble(space, kin, matter, degree, effects, coupling)
     return BodyOperators(
         level="solid" if dimension == 3 else "harmonic",
@@ -170,7 +191,9 @@ def build_operators(
             centrifugal_field=assembly.centrifugal_field,
             effects=effects,
             component_mass=assembly.component_mass,
+            springs=settled.springs,
         ),
+        joint_states=settled.states,
         assembled=assembly.ledger,
     )
 
@@ -206,17 +229,22 @@ def _assemble_meridian(
     degree: int,
     effects: OperatorEffects,
     coupling: Coupling,
+    *,
+    layer: Layer | None = None,
 ) -> _Assembly:
     """Assemble one circumferential order: what the effects ask for, nothing else."""
     field, hoop, prestress = None, 0.0, None
     dx = forms.measure(space.mesh, kin, degree)
     if effects.centrifugal:
         around = kin if kin.harmonic == 0 else kinematics.harmonic(space.mesh, 0)
-        static = _stiffness(space, around, matter, dx)
+        static = with_layer(
+            _stiffness(space, around, matter, dx), layer and layer.static_stiffness(around)
+        )
         field, hoop = centrifugal_displacement(space, around, matter, dx, static)
         static.destroy()
         prestress = forms.stress(around, matter, field)
-    matrices = meridian_matrices(space, kin, matter, dx, effects, prestress, coupling.unknowns)
+        layer = layer and layer.loaded(compat.owned_values(field))
+    matrices = meridian_matrices(space, kin, matter, effects, prestress, coupling.unknowns, layer)
     return _Assembly(
         matrices=matrices,
         centrifugal_field=field,
@@ -284,16 +312,17 @@ def meridian_matrices(
     space: Any,
     kin: Kinematics,
     matter: forms.Medium,
-    dx: Any,
     effects: OperatorEffects,
     prestress: Any,
     unknowns: Unknowns,
+    layer: Layer | None,
 ) -> dict[str, Any]:
     """Return the matrices of one circumferential order by name.
 
-    `prestress`: stress at unit speed (UFL), None without it.
+    `prestress`: stress at unit speed (UFL), None without it. `layer`: of joints, with what it
+    carries at unit speed.
     """
-    u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
+    u, v, dx = _arguments(space, kin, compat.polynomial_degree(space))
     wanted = {
         "stiffness": forms.stiffness_form(kin, matter, u, v, dx),
         "mass": forms.mass_form(kin, matter, u, v, dx),
@@ -303,7 +332,15 @@ def meridian_matrices(
     if prestress is not None:
         wanted["stress_stiffening"] = forms.stiffening_form(kin, prestress, u, v, dx)
         wanted["spin_softening"] = forms.softening_form(kin, matter, u, v, dx)
-    return {name: unknowns.folded(assembled(form)) for name, form in wanted.items()}
+    layers = {}
+    if layer is not None:
+        layers["stiffness"] = layer.stiffness(kin)
+        if prestress is not None:
+            layers["stress_stiffening"] = layer.stiffening(kin)
+    return {
+        name: unknowns.folded(with_layer(assembled(form), layers.get(name)))
+        for name, form in wanted.items()
+    }
 
 
 def sector_matrices(
@@ -418,7 +455,6 @@ def turned_mean(rigid_mass: FloatArray) -> FloatArray:
     return np.asarray(out)
 
 
-def assembled(form: Any, coupling: Coupling | None = None) -> Any:
-    """Matrix of a UFL form, with a coupling in the unknowns û."""
-    matrix = compat.assemble_matrix(compat.compiled(form))
-    return matrix if coupling is None else coupling.unknowns.folded(matrix)
+def assembled(form: Any) -> Any:
+    """Matrix of a UFL form."""
+    return compat.assemble_matrix(compat.compiled(form))
