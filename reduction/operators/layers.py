@@ -43,6 +43,11 @@ class LayerPoints:
     slopes: FloatArray  #: (q, p + 1) their derivatives along the facet's tangent s = (n_r, -n_z)
     unknowns: int  #: Components of u on this rank
 
+    @property
+    def per_facet(self) -> int:
+        """Points of every facet, which follow each other."""
+        return self.nodes.shape[2]
+
     def at(self, chosen: IntArray) -> LayerPoints:
         """Some of the points."""
         kept = {f.name: getattr(self, f.name) for f in fields(self)}
@@ -148,6 +153,21 @@ class Layer:
         jump = (self.points.jumps() @ displacement).reshape(-1, 3)
         return replace(self, traction_pa=self.static_n_per_m3 * jump[:, [0, 2]])
 
+    def carrying(self, other: Layer) -> Layer:
+        """With the traction of a layer on the same facets that has other points on them."""
+        assert other.traction_pa is not None
+        count, traction = other.points.per_facet, other.traction_pa
+        own = self.points.places_m.reshape(-1, self.points.per_facet, 2)
+        given = other.points.places_m.reshape(-1, count, 2)
+        start, step = given[:, :1], given[:, -1:] - given[:, :1]
+        nodes, t = (
+            np.sum((places - start) * step, axis=2) / np.sum(step**2, axis=2)
+            for places in (given, own)
+        )
+        shapes = _lagrange(nodes, t)[0]
+        values = np.einsum("ftp,fpc->ftc", shapes, traction.reshape(-1, count, 2))
+        return replace(self, traction_pa=values.reshape(-1, 2))
+
     def stiffening(self, kin: Kinematics) -> Any:
         """PETSc matrix of what the traction adds to the geometric stiffness."""
         assert kin.harmonic is not None and self.traction_pa is not None
@@ -162,8 +182,9 @@ class Layer:
 
     def _petsc(self, values: Any) -> Any:
         """All of a facet's unknowns beside each other, zeros too: one pattern for all matrices."""
-        of_facet = self.points.nodes[:: self.points.nodes.shape[2]].reshape(-1, 1)
-        own = (3 * of_facet + np.arange(3)).reshape(-1, 6 * self.points.nodes.shape[2])
+        count = self.points.per_facet
+        of_facet = self.points.nodes[::count].reshape(-1, 1)
+        own = (3 * of_facet + np.arange(3)).reshape(-1, 6 * count)
         values = values.tocoo()
         rows = np.concatenate([np.repeat(own, own.shape[1], axis=1).ravel(), values.row])
         columns = np.concatenate([np.tile(own, own.shape[1]).ravel(), values.col])
@@ -256,7 +277,7 @@ def _quadrature(x: FloatArray, nodes: IntArray, inside: FloatArray, joint: int) 
     at = np.einsum("fpi,fi->fp", away, step) / (length**2)[:, None]
     gauss, weight = roots_legendre(degree + 1)
     t, weight = 0.5 * (gauss + 1.0), 0.5 * weight
-    shapes, slopes = _lagrange(at, t)
+    shapes, slopes = _lagrange(at, np.broadcast_to(t, (count, len(t))))
     sign = np.sign(np.einsum("fi,fi->f", tangent, step)) / length
     places = start[:, None] + t[:, None] * step[:, None]
     q = degree + 1
@@ -272,13 +293,13 @@ def _quadrature(x: FloatArray, nodes: IntArray, inside: FloatArray, joint: int) 
 
 
 def _lagrange(nodes: FloatArray, t: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Values and derivatives (f, t, p + 1) of polynomials that are 1 at one node (f, p + 1)."""
+    """Values and derivatives (f, t, p + 1) at t (f, t) of polynomials, 1 at one node (f, p + 1)."""
     powers = np.arange(nodes.shape[1])
     inverse = np.linalg.inv(nodes[:, :, None] ** powers)  # (f, power, node)
-    values = np.einsum("tk,fkp->ftp", t[:, None] ** powers, inverse)
-    derived = np.zeros((len(t), len(powers)))
-    derived[:, 1:] = powers[1:] * t[:, None] ** powers[:-1]
-    return values, np.einsum("tk,fkp->ftp", derived, inverse)
+    raised = t[:, :, None] ** powers
+    derived = np.zeros(raised.shape)
+    derived[:, :, 1:] = powers[1:] * raised[:, :, :-1]
+    return raised @ inverse, derived @ inverse
 
 
 def _around(kin: Kinematics) -> float:

@@ -23,7 +23,7 @@ from solidwhirl.reduction.operators.held import HeldBody, held_body
 from solidwhirl.reduction.operators.joined import JoinedParts, distributed
 from solidwhirl.reduction.operators.kinematics import Kinematics
 from solidwhirl.reduction.operators.layers import JointSprings, Layer, layer_in, with_layer
-from solidwhirl.reduction.operators.press_fits import Settled, settle
+from solidwhirl.reduction.operators.press_fits import Fit, Settled, added_matrices, settle
 from solidwhirl.reduction.operators.prestress import centrifugal_displacement
 from solidwhirl.reduction.solvers.memory import return_free_memory
 from solidwhirl.reduction.solvers.vectors import project
@@ -64,6 +64,7 @@ class Ingredients:
     effects: OperatorEffects
     component_mass: Any  #: M of one component of u on all nodes, PETSc
     springs: tuple[JointSprings, ...] = ()  #: Of the body's joints
+    fit: Fit | None = None  #: State of pressed faces at rest
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -168,7 +169,7 @@ def build_operators(
         settled = settle(space, around, matter, facet_tags, body.joints, materials,
                          effects.maximum_speed_rad_s)  # fmt: skip
         layer = layer_in(space, facet_tags, settled.springs)
-        assemble = partial(_assemble_meridian, layer=layer)
+        assemble = partial(_assemble_meridian, layer=layer, fit=settled.fit)
     assembly = assemble(space, kin, matter, degree, effects, coupling)
     return BodyOperators(
         level="solid" if dimension == 3 else "harmonic",
@@ -192,6 +193,7 @@ def build_operators(
             effects=effects,
             component_mass=assembly.component_mass,
             springs=settled.springs,
+            fit=settled.fit,
         ),
         joint_states=settled.states,
         assembled=assembly.ledger,
@@ -231,6 +233,7 @@ def _assemble_meridian(
     coupling: Coupling,
     *,
     layer: Layer | None = None,
+    fit: Fit | None = None,
 ) -> _Assembly:
     """Assemble one circumferential order: what the effects ask for, nothing else."""
     field, hoop, prestress = None, 0.0, None
@@ -244,7 +247,8 @@ def _assemble_meridian(
         static.destroy()
         prestress = forms.stress(around, matter, field)
         layer = layer and layer.loaded(compat.owned_values(field))
-    matrices = meridian_matrices(space, kin, matter, effects, prestress, coupling.unknowns, layer)
+    added = added_matrices(space, kin, matter, layer, fit)
+    matrices = meridian_matrices(space, kin, matter, effects, prestress, coupling.unknowns, added)
     return _Assembly(
         matrices=matrices,
         centrifugal_field=field,
@@ -315,12 +319,12 @@ def meridian_matrices(
     effects: OperatorEffects,
     prestress: Any,
     unknowns: Unknowns,
-    layer: Layer | None,
+    added: Mapping[str, Any],
 ) -> dict[str, Any]:
     """Return the matrices of one circumferential order by name.
 
-    `prestress`: stress at unit speed (UFL), None without it. `layer`: of joints, with what it
-    carries at unit speed.
+    `prestress`: stress at unit speed (UFL), None without it. `added`: to them
+    by joints, matrices of all of u, which are used up.
     """
     u, v, dx = _arguments(space, kin, compat.polynomial_degree(space))
     wanted = {
@@ -332,13 +336,8 @@ def meridian_matrices(
     if prestress is not None:
         wanted["stress_stiffening"] = forms.stiffening_form(kin, prestress, u, v, dx)
         wanted["spin_softening"] = forms.softening_form(kin, matter, u, v, dx)
-    layers = {}
-    if layer is not None:
-        layers["stiffness"] = layer.stiffness(kin)
-        if prestress is not None:
-            layers["stress_stiffening"] = layer.stiffening(kin)
     return {
-        name: unknowns.folded(with_layer(assembled(form), layers.get(name)))
+        name: unknowns.folded(with_layer(assembled(form), added.get(name)))
         for name, form in wanted.items()
     }
 

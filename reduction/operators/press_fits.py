@@ -25,11 +25,16 @@ from solidwhirl.core.joint_states import JointState
 from solidwhirl.geometry import Joint, Material
 from solidwhirl.meshing.records import seat_name
 from solidwhirl.reduction.errors import ReductionError
-from solidwhirl.reduction.operators import compat, forms
+from solidwhirl.reduction.operators import compat, forms, kinematics
 from solidwhirl.reduction.operators.dofs import body_unknowns, motion_vectors
 from solidwhirl.reduction.operators.kinematics import Kinematics
-from solidwhirl.reduction.operators.layers import JointSprings, Layer, LayerPoints, layer_in
-from solidwhirl.reduction.operators.layers import with_layer
+from solidwhirl.reduction.operators.layers import (
+    JointSprings,
+    Layer,
+    LayerPoints,
+    layer_in,
+    with_layer,
+)
 from solidwhirl.reduction.operators.prestress import determinate_pins
 from solidwhirl.reduction.solvers.constrained import factorise
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray
@@ -114,11 +119,51 @@ class Contact:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Fit:
+    """State of a body at rest whose faces are pressed together."""
+
+    field: Any  #: Displacement (Function)
+    layer: Layer  #: With what it carries
+
+    def stiffening(self, space: Any, kin: Kinematics, matter: forms.Medium, layer: Layer) -> Any:
+        """Geometric stiffness of the stress at rest, PETSc in all of u of a space.
+
+        `layer`: of that space.
+        """
+        around = kin if kin.harmonic == 0 else kinematics.harmonic(space.mesh, 0)
+        u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
+        dx = forms.measure(space.mesh, kin, compat.polynomial_degree(space))
+        stress = forms.stress(around, matter, self.field)
+        form = compat.compiled(forms.stiffening_form(kin, stress, u, v, dx))
+        own = layer.carrying(self.layer).stiffening(kin)
+        return with_layer(compat.assemble_matrix(form), own)
+
+
+def added_matrices(
+    space: Any, kin: Kinematics, matter: forms.Medium, layer: Layer | None, fit: Fit | None
+) -> dict[str, Any]:
+    """What joints add to the matrices of all of u, PETSc by name.
+
+    `layer`: of the space, with what it carries at unit speed where that is known.
+    """
+    if layer is None:
+        return {}
+    out = {"stiffness": layer.stiffness(kin)}
+    if fit is not None:
+        own = fit.stiffening(space, kin, matter, layer)
+        out["stiffness"] = with_layer(own, out["stiffness"])
+    if layer.traction_pa is not None:
+        out["stress_stiffening"] = layer.stiffening(kin)
+    return out
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Settled:
     """Joints of a body at rest: what is closed, and how they are over the speed."""
 
     springs: tuple[JointSprings, ...]
     states: tuple[JointState, ...]  #: Of the joints whose faces are pressed
+    fit: Fit | None = None  #: What the pressed faces load the body with at rest
 
 
 def settle(
@@ -154,11 +199,25 @@ def settle(
         own = contact.own(k)
         closed = (contact.points.places_m[own], at_rest[own] > 0.0)
         springs[k] = replace(springs[k], closed=closed, closed_at_top=at_top[own] > 0.0)
+    fit = _fit(space, layer, contact, at_rest)
     stress = _FaceStress(space, kin, matter, facet_tags)
     states = tuple(_state(contact, k, stress, maximum_speed_rad_s) for k in pressed)
     for k, state in zip(pressed, states, strict=True):
         _refuse(joints[k], state)
-    return Settled(springs=tuple(springs), states=states)
+    return Settled(springs=tuple(springs), states=states, fit=fit)
+
+
+def _fit(space: Any, layer: Layer, contact: Contact, at_rest: FloatArray) -> Fit:
+    """State at rest; `layer`: without the springs of pressed faces."""
+    field = fem.Function(space)
+    compat.owned_values(field)[:] = contact.displacement(at_rest, 0.0)
+    field.x.scatter_forward()
+    loaded = layer.loaded(compat.owned_values(field))
+    assert loaded.traction_pa is not None
+    traction = loaded.traction_pa.copy()
+    pressed = [contact.joints[k].is_pressed for k in layer.points.joint]
+    traction[pressed, 0] -= at_rest - contact.clamp
+    return Fit(field=field, layer=replace(layer, traction_pa=traction))
 
 
 def _springs(joint: Joint, unit: float) -> JointSprings:

@@ -37,6 +37,7 @@ from solidwhirl.reduction.operators.matrices import (
     meridian_matrices,
     sector_matrices,
 )
+from solidwhirl.reduction.operators.press_fits import added_matrices
 from solidwhirl.reduction.operators.solid_matrices import SectorStiffness, component_mass
 from solidwhirl.reduction.operators.solver_choice import Solver
 from solidwhirl.reduction.residuals.relaxation import relaxation
@@ -214,7 +215,9 @@ def joint_energy(
     return Omitted(part="stage_joints", gram=energy, safety=1.0, cutoff_rad_s=np.inf)
 
 
-def lift_energy(operators: BodyOperators, basis: Basis, maximum_speed_rad_s: float) -> Omitted | None:
+def lift_energy(
+    operators: BodyOperators, basis: Basis, maximum_speed_rad_s: float
+) -> Omitted | None:
     """Energy that faces free which lift between rest and the largest speed: part "joint_lift".
 
     `operators`, `basis`: of one order of a meridian, whose layer is that at rest. It is taken to
@@ -401,8 +404,9 @@ def _finer_operators(
         if layer is not None and prestress is not None:
             steady = compat.owned_values(given.centrifugal_field)[:, None]
             layer = layer.loaded(_interpolated(operators.space, space, steady)[:, 0])
+        added = added_matrices(space, kin, matter, layer, given.fit)
         matrices = meridian_matrices(
-            space, kin, matter, given.effects, prestress, coupling.unknowns, layer
+            space, kin, matter, given.effects, prestress, coupling.unknowns, added
         )
     else:
         dx = forms.measure(space.mesh, kin, degree)

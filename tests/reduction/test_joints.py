@@ -6,14 +6,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy.linalg
 import scipy.sparse as sp
 import scipy.sparse.linalg as sla
 from mpi4py import MPI
 
 from solidwhirl.geometry import Body, Joint, Material, Section
 from solidwhirl.meshing import MeshSize, mesh_meridian
-from solidwhirl.reduction import ReductionError
+from solidwhirl.reduction import ReductionError, ReductionRequest
+from solidwhirl.reduction.body.reduced_order import reduce_order
+from solidwhirl.reduction.operators.layers import layer_in, with_layer
 from solidwhirl.reduction.operators.matrices import OperatorEffects, build_operators
+from solidwhirl.reduction.residuals.residual_energy import lift_energy
+from solidwhirl.reduction.solvers.vectors import project
 
 E, RHO = 2.0e11, 7800.0
 STEEL = Material(name="own", density_kg_per_m3=RHO, youngs_modulus_pa=E, poissons_ratio=0.3)
@@ -84,7 +89,7 @@ def test_a_stiff_layer_is_bonded(order: int) -> None:
     found = operators(fitted(stiff, beyond=0.05), order)
     for speed in (0.0, 500.0):
         assert elastic_hz(found, speed) == pytest.approx(elastic_hz(bonded, speed), rel=1e-6)
-    pressed = operators(fitted(FIT, beyond=0.05), order)
+    pressed = operators(fitted(replace(FIT, interference_m=1e-8), beyond=0.05), order, top=0.0)
     assert elastic_hz(pressed) == pytest.approx(elastic_hz(bonded), rel=1e-6)
 
 
@@ -134,6 +139,56 @@ def test_a_tilt_costs_no_force_at_speed() -> None:
     softening = sparse(found.spin_softening) @ tilt
     left = sparse(found.stress_stiffening) @ tilt - softening
     assert np.abs(left).max() < 1e-11 * np.abs(softening).max()
+
+
+def test_the_stress_of_a_fit_stiffens_and_costs_a_tilt_no_force() -> None:
+    """Its own geometric stiffness: in proportion to the fit, and none for a rigid tilt."""
+    stiffness = []
+    for overlap in (1e-5, 2e-5, 3e-5):
+        found = operators(fitted(replace(FIT, interference_m=overlap), beyond=0.05), 1, top=0.0)
+        k = sparse(found.stiffness)
+        assert np.abs(k @ found.rigid_motions["ry"]).max() < 1e-14 * np.abs(k).max()
+        stiffness.append(elastic_hz(found) ** 2)
+    first, second = np.diff(stiffness, axis=0)
+    assert second == pytest.approx(first, rel=1e-2)
+    assert (np.abs(first) > 1e-6 * stiffness[0]).any()
+
+
+def test_what_lifts_softens_as_estimated() -> None:
+    """The estimate of lifted faces against the modes with the springs of the largest speed."""
+    top = 4500.0 * np.pi / 30.0
+    wheel = Body(
+        name="wheel",
+        sections=(
+            ring("shaft", 0.0, 0.6, 0.0, 0.03),
+            ring("hub", 0.25, 0.33, 0.03, 0.06),
+            ring("disk", 0.28, 0.30, 0.06, 0.2),
+        ),
+        joints=(replace(FIT, interference_m=4e-6),),
+    )
+    found = operators(wheel, 1, size=0.02, top=top)
+    request = ReductionRequest(
+        level="harmonic", orders=(1,), components=(), degree=3, modes=8,
+        maximum_speed_rad_s=top, gyroscopic=True, centrifugal=True,
+    )  # fmt: skip
+    basis, _ = reduce_order(found, request, np.zeros((0, 3)))
+    lifted = lift_energy(found, basis, top)
+    n = basis.vectors.shape[1]
+    energy = top**4 * lifted.gram.reshape(4, n, 4, n)[3, :, 3]
+    k, m = (project(a, basis.vectors, found.comm) for a in (found.stiffness, found.mass))
+    values, vectors = scipy.linalg.eigh(k, m)
+    estimate = -0.5 * np.diag(vectors.T @ energy @ vectors)[2:4] / values[2:4]
+    before, springs = elastic_hz(found), found.ingredients.springs
+    tags = found.ingredients.facet_tags
+    at_rest, at_top = (
+        layer_in(found.space, tags, s) for s in (springs, [own.at_top for own in springs])
+    )
+    with_layer(
+        found.stiffness, at_rest.without(at_top).stiffness(found.ingredients.kinematics), -1.0
+    )
+    change = elastic_hz(found) / before - 1.0
+    assert (change[:2] < -1e-3).all()
+    assert estimate == pytest.approx(change[:2], rel=0.15)
 
 
 def test_lame_pressure_torque_and_loosening_speed() -> None:
