@@ -28,7 +28,7 @@ class Parted:
         out = np.empty_like(old)
         for row, facet in enumerate(old):
             cells = self.beside[_key(facet[0], facet[1])]
-            own = [c for c in cells if section is None or section[c] == wanted][0]
+            own = next(c for c in cells if section is None or section[c] == wanted)
             place = {int(n): k for k, n in enumerate(self.old_cells[own])}
             out[row] = [self.cells[own, place[int(n)]] for n in facet]
         return out

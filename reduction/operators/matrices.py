@@ -21,9 +21,9 @@ from solidwhirl.reduction.operators.cyclic import CyclicIndex
 from solidwhirl.reduction.operators.dofs import Unknowns, motion_vectors
 from solidwhirl.reduction.operators.held import HeldBody, held_body
 from solidwhirl.reduction.operators.joined import JoinedParts, distributed
+from solidwhirl.reduction.operators.joints.layers import JointSprings, Layer, layer_in, with_layer
+from solidwhirl.reduction.operators.joints.press_fits import Fit, Settled, added_matrices, settle
 from solidwhirl.reduction.operators.kinematics import Kinematics
-from solidwhirl.reduction.operators.layers import JointSprings, Layer, layer_in, with_layer
-from solidwhirl.reduction.operators.press_fits import Fit, Settled, added_matrices, settle
 from solidwhirl.reduction.operators.prestress import centrifugal_displacement
 from solidwhirl.reduction.solvers.memory import return_free_memory
 from solidwhirl.reduction.solvers.vectors import project

@@ -29,15 +29,15 @@ from solidwhirl.reduction.basis.free_motion import straining_part
 from solidwhirl.reduction.basis.reduced_block import ReducedBlock, planes
 from solidwhirl.reduction.operators import compat, forms, kinematics
 from solidwhirl.reduction.operators.coupling import Coupling, couple
+from solidwhirl.reduction.operators.joints.layers import layer_in, with_layer
+from solidwhirl.reduction.operators.joints.press_fits import added_matrices
 from solidwhirl.reduction.operators.kinematics import Kinematics
-from solidwhirl.reduction.operators.layers import layer_in, with_layer
 from solidwhirl.reduction.operators.matrices import (
     BodyOperators,
     assembled,
     meridian_matrices,
     sector_matrices,
 )
-from solidwhirl.reduction.operators.press_fits import added_matrices
 from solidwhirl.reduction.operators.solid_matrices import SectorStiffness, component_mass
 from solidwhirl.reduction.operators.solver_choice import Solver
 from solidwhirl.reduction.residuals.relaxation import relaxation

@@ -15,7 +15,7 @@ from solidwhirl.geometry import Body, Joint, Material, Section
 from solidwhirl.meshing import MeshSize, mesh_meridian
 from solidwhirl.reduction import ReductionError, ReductionRequest
 from solidwhirl.reduction.body.reduced_order import reduce_order
-from solidwhirl.reduction.operators.layers import layer_in, with_layer
+from solidwhirl.reduction.operators.joints.layers import layer_in, with_layer
 from solidwhirl.reduction.operators.matrices import OperatorEffects, build_operators
 from solidwhirl.reduction.residuals.residual_energy import lift_energy
 from solidwhirl.reduction.solvers.vectors import project

@@ -1,7 +1,8 @@
 """Layers of springs between the two sides of a joint's face, on the meridian.
 
 Both sides have nodes at the same places, so that the jump u_B - u_A is a polynomial of the
-elements' degree along every facet. With its components (n, θ, s), n out of side A and s along the meridian,
+elements' degree along every facet. With its components (n, θ, s), n out of side A and s along the
+meridian,
 
     K: ∫ k_n [v]_n [u]_n + k_t ([v]_θ [u]_θ + [v]_s [u]_s) dA .
 
