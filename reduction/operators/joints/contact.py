@@ -37,8 +37,6 @@ from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray
 
 # Steps without progress before points are changed one by one, and steps in all.
 _PATIENCE, _MOST_STEPS = 4, 2000
-# Directions that differ by less are one.
-_PARALLEL = 1e-9
 # Rounding of a pressure in parts of what the stiff springs would make of the overlap.
 _ROUNDING = 1e-15
 _RPM = 30.0 / np.pi
@@ -76,7 +74,8 @@ class Contact:
             more[shut] = np.linalg.solve(own, given)
             out = more + self.clamp
             gap = self.flexibility @ more + square * self.opening - self.overlap
-            wrong = np.where(shut, out, gap * self.stiffness) < -tiny
+            seen = _ROUNDING * (np.abs(self.flexibility) @ np.abs(more))
+            wrong = np.where(shut, out < -tiny, gap < -tiny / self.stiffness - seen)
             count = int(wrong.sum())
             if not count:
                 return np.where(out > tiny, out, 0.0)
@@ -157,11 +156,10 @@ def _pressing(
     Of a mean pressure on a cylinder the overlap is left to `_overlapped`.
     """
     r = points.places_m[there, 1]
-    normal = points.normal[there]
-    if (np.abs(normal[:, 0]) < _PARALLEL).all():
+    if points.is_cylinder[there].all():
         warm = joint.expansion_per_k * joint.temperature_difference_k * r
         return (joint.interference_m or 0.0) - warm, np.zeros(len(r))
-    if (np.abs(normal[:, 1]) > _PARALLEL).any():
+    if not points.is_plane[there].all():
         raise ReductionError(
             f"{joint.where}: its face is neither a cylinder nor a plane, and what holds a cone on "
             "its seat is friction; give stiffness_n_per_m3 alone"

@@ -29,6 +29,9 @@ from solidwhirl.reduction.operators import compat
 from solidwhirl.reduction.operators.kinematics import Kinematics
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, IntArray
 
+# Directions that differ by less are one.
+_PARALLEL = 1e-9
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LayerPoints:
@@ -43,6 +46,16 @@ class LayerPoints:
     shapes: FloatArray  #: (q, p + 1) shape functions of these nodes
     slopes: FloatArray  #: (q, p + 1) their derivatives along the facet's tangent s = (n_r, -n_z)
     unknowns: int  #: Components of u on this rank
+
+    @property
+    def is_plane(self) -> BoolArray:
+        """(q,) whether the face is a plane z = const there."""
+        return np.asarray(np.abs(self.normal[:, 1]) < _PARALLEL)
+
+    @property
+    def is_cylinder(self) -> BoolArray:
+        """(q,) whether the face is parallel to the axis there."""
+        return np.asarray(np.abs(self.normal[:, 0]) < _PARALLEL)
 
     @property
     def per_facet(self) -> int:

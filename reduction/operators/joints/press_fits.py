@@ -29,8 +29,9 @@ from solidwhirl.reduction.operators.kinematics import Kinematics
 from solidwhirl.rotordyn.core.arrays import FloatArray
 
 # Springs that are as good as bonded, and those that hold parts where nothing else does, in parts of
-# Young's modulus over the largest radius.
-_STIFF, _SLACK = 1e7, 1e-8
+# Young's modulus over the largest radius. Planes are pressed in the direction that is held so: more
+# would take part of the pressure, with less rounding would be all that is left of it.
+_STIFF, _SLACK, _SLACK_OF_PLANES = 1e7, 1e-8, 1e-5
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -102,12 +103,9 @@ def settle(
     pressed = [k for k, joint in enumerate(joints) if joint.is_pressed]
     if not pressed:
         return Settled(springs=tuple(springs), states=())
-    open_faces = [
-        replace(own, static_n_per_m3=(unit * _SLACK,) * 2) if joint.is_pressed else own
-        for own, joint in zip(springs, joints, strict=True)
-    ]
-    layer = layer_in(space, facet_tags, open_faces)
+    layer = layer_in(space, facet_tags, springs)
     assert layer is not None
+    layer = _opened(layer, joints, unit)
     contact = overlapped(contact_of(space, kin, matter, layer, joints, springs))
     at_rest, at_top = (contact.pressure(speed**2) for speed in (0.0, maximum_speed_rad_s))
     for k in pressed:
@@ -133,6 +131,15 @@ def _fit(space: Any, layer: Layer, contact: Contact, at_rest: FloatArray) -> Fit
     pressed = [contact.joints[k].is_pressed for k in layer.points.joint]
     traction[pressed, 0] -= at_rest - contact.clamp
     return Fit(field=field, layer=replace(layer, traction_pa=traction))
+
+
+def _opened(layer: Layer, joints: Sequence[Joint], unit: float) -> Layer:
+    """Without the springs of pressed faces, but for what holds parts that lie loose."""
+    static = layer.static_n_per_m3.copy()
+    pressed = np.array([joints[k].is_pressed for k in layer.points.joint])
+    static[pressed] = _SLACK * unit
+    static[pressed & layer.points.is_plane, 0] = _SLACK_OF_PLANES * unit
+    return replace(layer, static_n_per_m3=static)
 
 
 def _springs(joint: Joint, unit: float) -> JointSprings:

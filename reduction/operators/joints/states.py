@@ -73,6 +73,8 @@ def _lift_speeds(contact: Contact, joint: int) -> tuple[float | None, float | No
     first = _crossing(lambda square: not contact.pressure(square)[own].all(), guess)
     if first is None:
         return None, None
+    if contact.clamp[own].any():  # what bolts clamp is carried by some place always
+        return first, None
     last = _crossing(lambda square: not contact.pressure(square)[own].any(), max(first**2, guess))
     return first, last
 
