@@ -34,12 +34,12 @@ from solidwhirl.reduction.operators.kinematics import Kinematics
 from solidwhirl.reduction.operators.prestress import determinate_pins
 from solidwhirl.reduction.solvers.constrained import factorise
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray
+from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 
 # Steps without progress before points are changed one by one, and steps in all.
 _PATIENCE, _MOST_STEPS = 4, 2000
 # Rounding of a pressure in parts of what the stiff springs would make of the overlap.
 _ROUNDING = 1e-15
-_RPM = 30.0 / np.pi
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -88,7 +88,7 @@ class Contact:
             shut = shut ^ wrong
         raise ReductionError(
             f"the pressed faces of {self.joints[0].where} find no rest at "
-            f"{np.sqrt(square) * _RPM:.6g} rpm; choose another element size"
+            f"{np.sqrt(square) * RPM_PER_RAD_S:.6g} rpm; choose another element size"
         )
 
     def own(self, joint: int) -> BoolArray:

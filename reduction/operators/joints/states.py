@@ -17,12 +17,12 @@ from solidwhirl.reduction.operators import compat, forms
 from solidwhirl.reduction.operators.joints.contact import Contact
 from solidwhirl.reduction.operators.kinematics import Kinematics
 from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 
 _SPEEDS = 11
 # A speed of lifting is looked for up to so many times where pressure would first be gone, and found
 # to this part of its square.
 _FARTHEST, _CLOSE = 100.0, 1e-13
-_RPM = 30.0 / np.pi
 # Middles of the edges of a triangle, by the corner opposite.
 _MIDDLES = np.array([[0.5, 0.5], [0.0, 0.5], [0.5, 0.0]])
 
@@ -142,9 +142,9 @@ def refuse_unsound(joint: Joint, state: JointState) -> None:
         )
     if loose is not None and top >= loose:
         raise ReductionError(
-            f"at {top * _RPM:.6g} rpm {joint.where} is loose, from {loose * _RPM:.6g} rpm on "
-            f"(mean pressure at rest {state.mean_pressure_pa[0]:.4g} Pa); allowed are lower speeds "
-            "or more interference"
+            f"at {top * RPM_PER_RAD_S:.6g} rpm {joint.where} is loose, from "
+            f"{loose * RPM_PER_RAD_S:.6g} rpm on (mean pressure at rest "
+            f"{state.mean_pressure_pa[0]:.4g} Pa); allowed are lower speeds or more interference"
         )
     if joint.yield_pa is None:
         return
@@ -152,7 +152,8 @@ def refuse_unsound(joint: Joint, state: JointState) -> None:
     largest = float(state.stress_pa[speed, side])
     if largest > joint.yield_pa:
         raise ReductionError(
-            f"at {state.speeds_rad_s[speed] * _RPM:.6g} rpm section {joint.between[side]!r} yields "
-            f"at the {joint.where}: von Mises stress {largest:.4g} Pa in the mean of the face, "
-            f"yield_pa is {joint.yield_pa:.4g}; allowed is less interference, or lower speeds"
+            f"at {state.speeds_rad_s[speed] * RPM_PER_RAD_S:.6g} rpm section "
+            f"{joint.between[side]!r} yields at the {joint.where}: von Mises stress "
+            f"{largest:.4g} Pa in the mean of the face, yield_pa is {joint.yield_pa:.4g}; "
+            "allowed is less interference, or lower speeds"
         )
