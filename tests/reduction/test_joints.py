@@ -131,10 +131,17 @@ def test_patch_of_a_pulled_stack() -> None:
     assert force[x[:, 0] > 0.249, 2].sum() == pytest.approx(tension * area, rel=1e-10)
 
 
-def test_a_tilt_costs_no_force_at_speed() -> None:
+def coned(joint: Joint) -> Body:
+    """A hub on a conical seat."""
+    shaft = replace(ring("shaft", 0.0, LENGTH, BORE, SEAT), outer_radius_m=(0.04, 0.055))
+    hub = replace(ring("hub", 0.0, LENGTH, SEAT, RIM), inner_radius_m=(0.04, 0.055))
+    return Body(name="cone", sections=(shaft, hub), joints=(joint,))
+
+
+@pytest.mark.parametrize("made", [fitted, coned])
+def test_a_tilt_costs_no_force_at_speed(made) -> None:
     """The traction of the layer turns with its face, else the two centrifugal effects differ."""
-    joint = Joint(between=("shaft", "hub"), stiffness_n_per_m3=(1e13, 3e12))
-    found = operators(fitted(joint, beyond=0.05), 1)
+    found = operators(made(Joint(between=("shaft", "hub"), stiffness_n_per_m3=(1e13, 3e12))), 1)
     tilt = found.rigid_motions["ry"]
     softening = sparse(found.spin_softening) @ tilt
     left = sparse(found.stress_stiffening) @ tilt - softening
@@ -259,3 +266,15 @@ def test_a_clamped_flange_keeps_the_force_of_its_bolts() -> None:
 def test_refused_fits(joint: Joint, top: float, message: str) -> None:
     with pytest.raises(ReductionError, match=message):
         operators(fitted(joint), 0, top=top)
+
+
+def test_pressed_faces_are_cylinders_or_planes() -> None:
+    with pytest.raises(ReductionError, match="neither a cylinder nor a plane"):
+        operators(coned(FIT), 0)
+    stack = Body(
+        name="stack",
+        sections=(ring("shaft", 0.0, 0.1, BORE, SEAT), ring("hub", 0.1, 0.2, BORE, SEAT)),
+        joints=(FIT,),
+    )
+    with pytest.raises(ReductionError, match=r"its face is a plane: give the pressure_pa"):
+        operators(stack, 0)
