@@ -160,11 +160,11 @@ def run_up(
     `profile`: Ω(t) of the reference shaft; its breakpoints must be whole steps. `unbalances`: may
     be empty. `known`: parts of other runs of the same machine, and of models of it with the same
     bearings and speeds: what is the same is taken from there, what is not is put there. `settings`:
-    fields of `RunSettings`, of which `step_s` must be given. At a breakpoint forces are those just before it.
-    A run that diverges stops: where a mode grows and an interface has moved by more than the length
-    of the longest body. Its profile, times and records end there. Raises AnalysisError if an
-    argument has no meaning, or the step is too long for the profile or the unbalance; AssemblyError
-    if a body or interface does not exist or lacks a component.
+    fields of `RunSettings`, of which `step_s` must be given. At a breakpoint forces are those just
+    before it. A run that diverges stops: where a mode grows and an interface has moved by more than
+    the length of the longest body. Its profile, times and records end there. Raises AnalysisError
+    if an argument has no meaning, or the step is too long for the profile or the unbalance;
+    AssemblyError if a body or interface does not exist or lacks a component.
 
     In a block of steps Ω is frozen at its middle (exponential midpoint rule, the Magnus method of
     second order: Hochbruck and Ostermann 2010, Acta Numerica 19, section 5; Iserles, Munthe-Kaas,

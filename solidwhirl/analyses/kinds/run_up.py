@@ -203,7 +203,8 @@ class RunUpSpec(Analysis):
             document=document,
             files={f"{self.label}.npz": partial(_write_record, run, responses)},
             headline=f"largest mount force {document['largest_mount_force_n']:.4g} N, "
-            f"{_growth_text(document)}{profile.duration_s:g} s simulated in {run.wall_time_s:.1f} s",
+            f"{_growth_text(document)}{profile.duration_s:g} s simulated in "
+            f"{run.wall_time_s:.1f} s",
         )
 
     def pictures(self, found: Found) -> Mapping[str, Charts]:
