@@ -288,8 +288,8 @@ def _negative_intervals(
             low = _end(measure, points[start][0], points[start - 1][0])
         if stop + 1 < len(points):
             high = _end(measure, points[stop][0], points[stop + 1][0])
-        lowest = min((points[i][1], points[i][0]) for i in inside)
-        intervals.append((low, high, *lowest))
+        deepest = min((points[i][1], points[i][0]) for i in inside)
+        intervals.append((low, high, *deepest))
     return intervals
 
 

@@ -12,7 +12,7 @@ import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache, cached_property, lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.linalg as la
@@ -235,7 +235,7 @@ def law_terms(bearing: Bearing) -> Bearing | None:
     if not isinstance(law, PolynomialLaw):
         return None
     parts = ("stiffness_x", "stiffness_y", "damping_x", "damping_y")
-    sizes = {part: tuple(np.abs(getattr(law, part))) for part in parts}
+    sizes: dict[str, Any] = {part: tuple(np.abs(getattr(law, part))) for part in parts}
     return dataclasses.replace(bearing, speed_law=dataclasses.replace(law, **sizes))
 
 
