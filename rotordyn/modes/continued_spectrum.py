@@ -16,7 +16,7 @@ import numpy.linalg as nla
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, SpeedMatrices, matrices_at_speed
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, real_times
 from solidwhirl.rotordyn.core.ledger import solved
 from solidwhirl.rotordyn.modes.eigen import Modes, normalised
 from solidwhirl.rotordyn.modes.left_vectors import dynamic_stiffness
@@ -28,6 +28,8 @@ _FEWEST_MORE, _MOST_MORE = 5, 12
 _MOST = 0.5
 # Iterations at most, the relative change of P at rest, and what factor of convergence is too slow.
 _STEPS, _AT_REST, _SLOW = 30, 1e-11, 0.6
+# Places that P is expected from at most.
+_MOST_PLACES = 10
 # |Im λ| below this fraction of |λ| is real.
 _REAL_FRACTION = 1e-6
 # Modes of a known speed are as good as this (relative) where they serve as a basis.
@@ -173,7 +175,8 @@ class NearModes:
 
     def __init__(self, assembled: AssembledSystem, known: Known) -> None:
         self.assembled, self.known = assembled, known
-        self._before: list[tuple[float, FloatArray]] = []
+        none = np.zeros((known.others.shapes.shape[1], known.lowest.shapes.shape[1]))
+        self._places: dict[float, FloatArray] = {known.speed_rad_s: none}
 
     def at(self, speed_rad_s: float) -> Modes | None:
         """Return the lowest modes at a speed, and all real eigenvalues.
@@ -182,27 +185,28 @@ class NearModes:
         None where the subspace does not come to rest, the others may be as low, or K is not
         positive definite.
         """
+        known = self.known
         matrices = matrices_at_speed(self.assembled, speed_rad_s)
-        if not _is_definite(matrices.stiffness):
+        # K of the known speed is positive definite
+        same = np.array_equal(matrices.stiffness, known.matrices.stiffness)
+        if not same and not _is_definite(matrices.stiffness):
             return None
-        change = _change(self.known, self.assembled, speed_rad_s)
-        away = speed_rad_s - self.known.speed_rad_s
-        found = _followed(self.known, change, self._expected(away))
+        change = _change(known, self.assembled, speed_rad_s)
+        found = _followed(known, change, self._expected(speed_rad_s))
         if found is None:
             return None
-        self._before = [*self._before[-1:], (away, found[0])]
-        return _modes(self.known, self.assembled, matrices, speed_rad_s, change, found)
+        self._places[speed_rad_s] = found[0]
+        return _modes(known, self.assembled, matrices, speed_rad_s, change, found)
 
-    def _expected(self, away: float) -> FloatArray:
-        """Return P as a polynomial through zero and the last places, of second degree at most."""
-        places = [(at, part) for at, part in self._before if at]
-        if len(places) == 2 and places[0][0] == places[1][0]:
-            places.pop()
-        expected = np.zeros((self.known.others.shapes.shape[1], self.known.lowest.shapes.shape[1]))
-        for at, part in places:
-            others = [place for place, _ in places if place != at]
-            factor = away / at * float(np.prod([(away - o) / (at - o) for o in others]))
-            expected += factor * part
+    def _expected(self, speed_rad_s: float) -> FloatArray:
+        """Return P as a polynomial through the nearest places."""
+        places = np.array(sorted(self._places, key=lambda at: abs(at - speed_rad_s))[:_MOST_PLACES])
+        apart = places[:, None] - places
+        away = speed_rad_s - places
+        expected = np.zeros_like(self._places[self.known.speed_rad_s])
+        for k, place in enumerate(places):
+            others = np.arange(places.size) != k
+            expected += np.prod(away[others] / apart[k, others]) * self._places[float(place)]
         return expected
 
 
@@ -224,7 +228,7 @@ def _modes(
     at = np.flatnonzero(~is_real & (values.imag > 0) & (values.imag < bound))
     at = at[np.argsort(values.imag[at], kind="stable")]
     rates = values[at]
-    shapes = (known.lowest.shapes + known.others.shapes @ part) @ vectors[:, at]
+    shapes = real_times(known.lowest.shapes + known.others.shapes @ part, vectors[:, at])
     if speed_rad_s != 0:
         shapes = separated_whirl(assembled, rates, shapes)
     return Modes(
@@ -269,17 +273,24 @@ class _Rows:
 
     def complex(self, matrix: FloatArray) -> ComplexArray:
         """Return columns of λ, of λ*, and of real λ."""
-        row = matrix[: self._half] - 1j * matrix[self._half :]
-        p = self._pairs
-        along, across = row[:, :p], 1j * row[:, p : 2 * p]
-        return np.hstack((along + across, along - across, row[:, 2 * p :]))
+        h, p = self._half, self._pairs
+        row = np.empty((h, matrix.shape[1]), dtype=complex)
+        row.real, row.imag = matrix[:h], -matrix[h:]
+        across = 1j * row[:, p : 2 * p]
+        row[:, p : 2 * p] = row[:, :p] - across
+        row[:, :p] += across
+        return row
 
     def real(self, matrix: ComplexArray) -> FloatArray:
         """Return the real matrix of complex coordinates."""
-        p = self._pairs
-        one, other = matrix[:, :p], matrix[:, p : 2 * p]
-        row = np.hstack((0.5 * (one + other), -0.5j * (one - other), matrix[:, 2 * p :]))
-        return np.vstack((row.real, -row.imag))
+        h, p = self._half, self._pairs
+        one, other = 0.5 * matrix[:, :p], 0.5 * matrix[:, p : 2 * p]
+        even, odd, reals = one + other, one - other, matrix[:, 2 * p :]
+        out = np.empty((2 * h, matrix.shape[1]))
+        out[:h, :p], out[h:, :p] = even.real, -even.imag
+        out[:h, p : 2 * p], out[h:, p : 2 * p] = odd.imag, odd.real
+        out[:h, 2 * p :], out[h:, 2 * p :] = reals.real, -reals.imag
+        return out
 
 
 def _rates(basis: _Basis, own: FloatArray) -> ComplexArray:
@@ -304,21 +315,21 @@ def _followed(
     back, rest = change[size:, :size], change[size:, size:]
     rows = _Rows(known.others, known.lowest)
     count = known.others.rates.size
-    exact = known.others.rates[:, None] - _rates(known.lowest, np.zeros_like(own))
-    near = _rates(known.others, rest)[:count, None] - _rates(known.lowest, own)
-    turned = rows.complex(part)
-    before = np.inf
+    inverse = 1.0 / (_rates(known.others, rest)[:count, None] - _rates(known.lowest, own))
+    low, high = own + _diagonal(known.lowest), rest + _diagonal(known.others)
+    before = 1.0
     for step in range(_STEPS):
-        miss = back + rest @ part - part @ (own + across @ part)
-        move = (rows.complex(miss) + exact * turned) / near
-        turned = turned - move
-        part = rows.real(turned)
-        moved, whole = float(nla.norm(move)), float(nla.norm(turned))
-        if not np.isfinite(moved) or (step > 3 and moved > _SLOW * before):
+        miss = back + high @ part - part @ (low + across @ part)
+        move = rows.real(rows.complex(miss) * inverse)
+        part = part - move
+        moved, whole = float(nla.norm(move)), float(nla.norm(part))
+        rate = moved / before if step else 1.0
+        if not np.isfinite(moved) or (step > 3 and rate > _SLOW):
             return None
-        if moved <= _AT_REST * whole:
+        # what the next iterations would move
+        if moved * min(1.0, rate / (1.0 - _SLOW)) <= _AT_REST * whole:
             break
-        before = moved
+        before = moved or 1.0
     else:
         return None
     bound = _lowest_other(known, rest - part @ across)
