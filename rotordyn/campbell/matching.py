@@ -202,5 +202,7 @@ def _assign(product: ComplexArray) -> tuple[IntArray, FloatArray]:
 def _clusters(eigenvalues: ComplexArray) -> list[IntArray]:
     """Return groups of two and more modes with equal frequency and damping."""
     apart = np.abs(np.diff(eigenvalues)) > SAME_FREQUENCY * np.abs(eigenvalues[1:])
+    if apart.all():
+        return []
     groups = np.split(np.arange(eigenvalues.size), np.flatnonzero(apart) + 1)
     return [group for group in groups if group.size > 1]

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
-from solidwhirl.rotordyn.campbell.continued import meeting_of
+from solidwhirl.rotordyn.campbell.continued import AtHand, meeting_of
 from solidwhirl.rotordyn.campbell.matching import (
     GOOD_OVERLAP,
     POOR_OVERLAP,
@@ -23,10 +23,12 @@ from solidwhirl.rotordyn.modes.eigen import mode_columns
 Meet = Callable[[Match, IntArray], tuple[float, bool]]
 
 
-def meeting_in(assembled: AssembledSystem, match: Match, pair: IntArray) -> tuple[float, bool]:
+def meeting_in(
+    assembled: AssembledSystem, match: Match, pair: IntArray, at_hand: AtHand
+) -> tuple[float, bool]:
     """Return where two modes of the first speed meet; `pair`: their columns. See `meeting_of`."""
     low = mode_columns(match.first, pair)
-    return meeting_of(assembled, low, mode_columns(match.second, match.partner[pair]))
+    return meeting_of(assembled, low, mode_columns(match.second, match.partner[pair]), at_hand)
 
 
 def place_to_look(here: Tracked, match: Match, wanted: IntArray, meet: Meet) -> tuple[float, bool]:

@@ -155,9 +155,7 @@ class Tracker:
                 wanted = np.union1d(wanted, seeds[goal])
             solved += 1
             risen = self._lifted(match, targets[-2]) if len(targets) > 1 else wanted[:0]
-            middle, is_lively = place_to_look(
-                here, match, without(wanted, risen), self._meeting
-            )
+            middle, is_lively = place_to_look(here, match, without(wanted, risen), self._meeting)
             # near its beginning a lively motion creeps, too
             fraction = _SMALLEST_STEP if is_lively else fraction
             begin = here.modes.speed_rad_s
@@ -213,7 +211,7 @@ class Tracker:
         """Return where two modes of a match meet, computed once."""
         key = (match.first, match.second, tuple(pair.tolist()))
         if key not in self._meetings:
-            self._meetings[key] = meeting_in(self.assembled, match, pair)
+            self._meetings[key] = meeting_in(self.assembled, match, pair, self._from_known)
         return self._meetings[key]
 
 

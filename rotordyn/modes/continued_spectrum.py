@@ -28,8 +28,8 @@ _FEWEST_MORE, _MOST_MORE = 5, 12
 _MOST = 0.5
 # Iterations at most, the relative change of P at rest, and what factor of convergence is too slow.
 _STEPS, _AT_REST, _SLOW = 30, 1e-11, 0.6
-# Places that P is expected from at most.
-_MOST_PLACES = 10
+# Places that P is expected from at most, no nearer than this part of the way from the known speed.
+_MOST_PLACES, _SIDE_BY_SIDE = 10, 1e-2
 # |Im λ| below this fraction of |λ| is real.
 _REAL_FRACTION = 1e-6
 # Modes of a known speed are as good as this (relative) where they serve as a basis.
@@ -195,7 +195,10 @@ class NearModes:
         found = _followed(known, change, self._expected(speed_rad_s))
         if found is None:
             return None
-        self._places[speed_rad_s] = found[0]
+        # a polynomial through places side by side magnifies their rounding
+        nearest = min(abs(speed_rad_s - place) for place in self._places)
+        if nearest > _SIDE_BY_SIDE * abs(speed_rad_s - known.speed_rad_s):
+            self._places[speed_rad_s] = found[0]
         return _modes(known, self.assembled, matrices, speed_rad_s, change, found)
 
     def _expected(self, speed_rad_s: float) -> FloatArray:
@@ -274,21 +277,27 @@ class _Rows:
     def complex(self, matrix: FloatArray) -> ComplexArray:
         """Return columns of λ, of λ*, and of real λ."""
         h, p = self._half, self._pairs
-        row = np.empty((h, matrix.shape[1]), dtype=complex)
-        row.real, row.imag = matrix[:h], -matrix[h:]
-        across = 1j * row[:, p : 2 * p]
-        row[:, p : 2 * p] = row[:, :p] - across
-        row[:, :p] += across
-        return row
+        even, odd = matrix[:h], matrix[h:]
+        out = np.empty((h, matrix.shape[1]), dtype=complex)
+        np.add(even[:, :p], odd[:, p : 2 * p], out=out.real[:, :p])
+        np.subtract(even[:, p : 2 * p], odd[:, :p], out=out.imag[:, :p])
+        np.subtract(even[:, :p], odd[:, p : 2 * p], out=out.real[:, p : 2 * p])
+        np.add(even[:, p : 2 * p], odd[:, :p], out=out.imag[:, p : 2 * p])
+        out.real[:, 2 * p :], out.imag[:, 2 * p :] = even[:, 2 * p :], odd[:, 2 * p :]
+        np.negative(out.imag[:, p:], out=out.imag[:, p:])
+        return out
 
     def real(self, matrix: ComplexArray) -> FloatArray:
         """Return the real matrix of complex coordinates."""
         h, p = self._half, self._pairs
-        one, other = 0.5 * matrix[:, :p], 0.5 * matrix[:, p : 2 * p]
-        even, odd, reals = one + other, one - other, matrix[:, 2 * p :]
+        one, other, reals = matrix[:, :p], matrix[:, p : 2 * p], matrix[:, 2 * p :]
         out = np.empty((2 * h, matrix.shape[1]))
-        out[:h, :p], out[h:, :p] = even.real, -even.imag
-        out[:h, p : 2 * p], out[h:, p : 2 * p] = odd.imag, odd.real
+        np.add(one.real, other.real, out=out[:h, :p])
+        np.subtract(one.imag, other.imag, out=out[:h, p : 2 * p])
+        np.add(one.imag, other.imag, out=out[h:, :p])
+        np.subtract(one.real, other.real, out=out[h:, p : 2 * p])
+        np.negative(out[h:, :p], out=out[h:, :p])
+        out[:, : 2 * p] *= 0.5
         out[:h, 2 * p :], out[h:, 2 * p :] = reals.real, -reals.imag
         return out
 
@@ -319,7 +328,9 @@ def _followed(
     low, high = own + _diagonal(known.lowest), rest + _diagonal(known.others)
     before = 1.0
     for step in range(_STEPS):
-        miss = back + high @ part - part @ (low + across @ part)
+        miss = high @ part
+        miss += back
+        miss -= part @ (low + across @ part)
         move = rows.real(rows.complex(miss) * inverse)
         part = part - move
         moved, whole = float(nla.norm(move)), float(nla.norm(part))
@@ -342,5 +353,6 @@ def _lowest_other(known: Known, rest: FloatArray) -> float:
     entries = 0.5 * _Rows(known.others, known.others).complex(rest)
     at = np.arange(count)
     centre = (known.others.rates + entries[at, at]).imag
-    radius = np.abs(entries).sum(axis=1) - np.abs(entries[at, at])
+    sizes = np.sqrt(entries.real**2 + entries.imag**2)
+    radius = sizes.sum(axis=1) - sizes[at, at]
     return float((np.abs(centre) - radius).min())
