@@ -7,7 +7,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, SpeedMatrices, matrices_at_speed
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, ReadOnlyArrays
+from solidwhirl.rotordyn.core.arrays import (
+    ComplexArray,
+    FloatArray,
+    IntArray,
+    ReadOnlyArrays,
+    real_times,
+)
 from solidwhirl.rotordyn.core.dense import (
     Scaled,
     Spectrum,
@@ -227,7 +233,7 @@ def _spectrum(
 
 def normalised(shapes: ComplexArray, mass: FloatArray) -> ComplexArray:
     """Scale to unit modal mass and turn the largest entry of each column real."""
-    size = np.sqrt((shapes.conj() * (mass @ shapes)).sum(axis=0).real)
+    size = np.sqrt((shapes.conj() * real_times(mass, shapes)).sum(axis=0).real)
     scaled = shapes / size
     largest = scaled[np.abs(scaled).argmax(axis=0), np.arange(scaled.shape[1])]
     return np.asarray(scaled * (np.abs(largest) / largest))
