@@ -181,7 +181,7 @@ def changed(folder, name, change):
 
 
 def _without_units(text):
-    bare = re.sub(r"    -1\n   (?:164| 15) .*?    -1\n", "", text, flags=re.DOTALL)
+    bare = re.sub(r"    -1\n   (?:164| 15)\b.*?    -1\n", "", text, flags=re.DOTALL)
     return bare.replace("m/s^2", "NONE ")
 
 
