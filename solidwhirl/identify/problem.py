@@ -77,7 +77,7 @@ class ProblemSpec(ProblemRecord):
     parameters: Annotated[tuple[ParameterSpec, ...], Field(min_length=1, max_length=_MOST)]
     derived: Annotated[tuple[DerivedSpec, ...], Field(max_length=_MOST)] = ()
     targets: Annotated[tuple[TargetSpec, ...], Field(min_length=1, max_length=_MOST)]
-    comments: Annotated[dict[PlaceText, Title], Field(max_length=_MOST)] = {}
+    comments: dict[PlaceText, Title] = Field(default_factory=dict, max_length=_MOST)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
