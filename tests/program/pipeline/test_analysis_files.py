@@ -51,6 +51,7 @@ FILES = {
 }
 # lengths of what keys hold; none where that is a number, or of any length
 SHAPES = tomllib.loads("""
+impact_test = { hammer = [1], sensor = [1], frequency_hz = [20], real_m_per_s2_n = [1, 1, 20] }
 unbalance_response = { unbalances = [2], exciters = [2] }
 place_map = { frequency_hz = [2], amplitude_m = [2], peaks = [2] }
 waterfall = { speed_rpm = [3], frequency_hz = [9], amplitude_m = [3, 9], highest_m = [3, 9], \
