@@ -28,7 +28,7 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parents[1]
 CASES = 20
-# A steel shaft with a disk on two springs, whose engine has about 28 coordinates.
+# A steel shaft with a disk on two springs, whose engine has 30 coordinates.
 SMALL_MODES = 6
 # Ranks on one machine: root is allowed, and waiting ranks sleep.
 MPI = {
