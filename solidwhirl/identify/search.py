@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import least_squares
-from scipy.stats import qmc
 
 from solidwhirl.identify.model import BudgetError, InfeasibleError, Model, Progress
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray
@@ -71,6 +70,8 @@ def search(model: Model, progress: Progress) -> tuple[Descent, tuple[Descent, ..
 
 def start_points(model: Model) -> FloatArray:
     """Return the starts in the unit cube: the given one, then a Latin hypercube by the seed."""
+    from scipy.stats import qmc  # takes a fifth of a second
+
     settings, given = model.problem.spec.settings, model.given
     if settings.starts == 1:
         return given[None]

@@ -12,8 +12,6 @@ from solidwhirl.pipeline.run import run_scene
 from solidwhirl.rotordyn.modal_test.assurance import assurance, pairs_by_frequency, pairs_by_shape
 from solidwhirl.scene_reading.reader import parse_scene, scene_hash
 
-pyuff = pytest.importorskip("pyuff")
-
 # So slender that shear and rotary inertia, (k r)², are below 1e-6 in the first modes.
 RADIUS, LENGTH, MODULUS, DENSITY = 2e-4, 1.0, 2e11, 7800.0
 AREA, BENDING = np.pi * RADIUS**2, MODULUS * np.pi * RADIUS**4 / 4.0

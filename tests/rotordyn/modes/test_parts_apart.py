@@ -71,12 +71,12 @@ def test_eigenvalues_of_shafts_are_those_of_the_whole(across, monkeypatch):
     sizes = []
     solve = la.eig
     monkeypatch.setattr(la, "eig", lambda m, **how: sizes.append(len(m)) or solve(m, **how))
-    rd.modes_at_speed(system, SPEED)
+    rd.modes_at_speed(engine(across), SPEED)  # one of which nothing is kept
     # half of it in complex coordinates
     states = 1 if across == 1.0 else 2
     assert sizes == [states * size for size in groups_of(system)]
     monkeypatch.setattr(dense, "uncoupled", lambda *m: [np.arange(len(m[0]))])
-    whole = rd.modes_at_speed(system, SPEED)
+    whole = rd.modes_at_speed(engine(across), SPEED)
     np.testing.assert_allclose(found.eigenvalues, whole.eigenvalues, rtol=1e-11)
 
 
