@@ -6,15 +6,15 @@ from dataclasses import fields
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-FloatArray = npt.NDArray[np.float64]
-ComplexArray = npt.NDArray[np.complex128]
-IntArray = npt.NDArray[np.int_]
-BoolArray = npt.NDArray[np.bool_]
+# As `numpy.typing.NDArray`, whose import takes longer than all of this package.
+FloatArray = np.ndarray[Any, np.dtype[np.float64]]
+ComplexArray = np.ndarray[Any, np.dtype[np.complex128]]
+IntArray = np.ndarray[Any, np.dtype[np.int_]]
+BoolArray = np.ndarray[Any, np.dtype[np.bool_]]
 # Real or complex numbers of any shape.
-Matrix = npt.NDArray[Any]
-StringArray = npt.NDArray[np.str_]
+Matrix = np.ndarray[Any, np.dtype[Any]]
+StringArray = np.ndarray[Any, np.dtype[np.str_]]
 
 
 def freeze_arrays(record: Any, *names: str) -> None:
