@@ -117,7 +117,7 @@ def _fan_text(changed: dict[str, dict[str, float]], band: Sequence[float]) -> st
         f"unbalance of the fan alone and from {low:g} to {high:g} Hz: {min(ours):.1%} to "
         f"{max(ours):.1%} for these, {alone:.1%} at most for {SAID['without']}, with the bearings "
         "of the scene and with changed ones. The number is one of the fan's bearings: by "
-        "half and twice their stiffness and damping it goes from {min(every):.1%} to "
+        f"half and twice their stiffness and damping it goes from {min(every):.1%} to "
         f"{max(every):.1%}. Which units matter and the "
         "size of the difference agree, then; the exact value tells nothing, since the paper names "
         "neither measure nor excitation, and Table 5 gives the fan's bearings another stiffness at "

@@ -102,8 +102,8 @@ def _target_text(counts: dict[str, dict[str, Counted]]) -> str:
         "parameters and brought to the masses of Table 4; from the one whose pair is highest, "
         f"a climb of {CLIMBED} models followed the directions that the masses leave free. To "
         "hold every node only raises frequencies. Where the pair is below the target even then, "
-        f"as in the identified {', '.join(low)}, it is of the stages, whose dimensions the paper "
-        "prints: a stiffer shaft does not bring it there."
+        f"as in the identified {', '.join(low)}, it is of the stages or of walls between nodes: "
+        "a stiffer line of shaft does not bring it there."
     )
 
 

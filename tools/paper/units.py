@@ -427,7 +427,7 @@ def _spread_text(units: Sequence[Turning]) -> str:
             f"{words(lost, '.1f')} Hz."
             if lost
             else f"Each printed value has, in one of the frames, a mode of one of these within "
-            f"{_NEAR:.0%}."
+            f"{_NEAR:.0%}: chosen afterwards among {len(every)} frequencies, which proves nothing."
         )
     )
 
