@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from solidwhirl.geometry import Body, Feature, GeometryError, Interface, Subdivision, subdivide
 from solidwhirl.geometry.parts import PartLayout, faces_beside, layout_of
@@ -19,12 +20,16 @@ from solidwhirl.meshing.own.revolved import revolved, sectors_of, unfolded
 from solidwhirl.meshing.records import FloatArray, IntArray, Mesh, MeshSize, Parts
 from solidwhirl.rotordyn.core.arrays import BoolArray
 
+# Pitches from the joints within which the drum is copied for the fields of one more order.
+_PITCHES = 2.0
 # Radial range of an interface on a cylinder, over its radius.
 _THIN = 1e-6
 
 
 def mesh_joined(body: Body, size: MeshSize) -> Mesh:
     """Mesh the drum and one sector of every stage, with copies of the drum for further orders.
+
+    A further order is that of some stages, and copied for it is what of the drum is near to them.
 
     `body`: its symmetry is "staged". Returned: `Mesh.parts` says what is what; points (x, y, z)
     [m]. Raises GeometryError: see `layout_of`, or an interface on both drum and stage. Raises
@@ -40,12 +45,35 @@ def mesh_joined(body: Body, size: MeshSize) -> Mesh:
     if not all(mesh.sector is not None and mesh.sector.mirrored for mesh in meshes):
         meshes = [unfolded(m) if m.sector is not None and m.sector.mirrored else m for m in meshes]
     shifts: list[int | None] = [*[0] * pieces, *[None] * len(layout.stages)]
-    for stage in sorted(set(layout.counts)):
-        for shift in (stage, -stage):
-            meshes += [replace(mesh, interfaces=_joints(mesh)) for mesh in meshes[:pieces]]
-            shifts += [shift] * pieces
+    for count in sorted(set(layout.counts)):
+        # joints of the stages that have fields of this order: no other drum is reached by it
+        names = set[str]().union(
+            *(_joints(mesh) for mesh, n in zip(meshes[pieces:], layout.counts, strict=False)
+              if count % n == 0)
+        )  # fmt: skip
+        copies = [_near(m, names & set(_joints(m)), count) for m in meshes[:pieces]]
+        copies = [copy for copy in copies if copy is not None]
+        for shift in (count, -count):
+            meshes += copies
+            shifts += [shift] * len(copies)
     edges = [m.points[rows[:, :2]] for m in meridians for rows in _joints(m).values()]
     return _merged(meshes, tuple(shifts), np.concatenate(edges))
+
+
+def _near(mesh: Mesh, names: set[str], count: int) -> Mesh | None:
+    """Copy a piece of the drum where fields of an order reach from some joints, None: nowhere.
+
+    They fall by exp(-2 pi) from one pitch to the next. Cells further than that are left out.
+    """
+    if not names:
+        return None
+    on = np.unique(np.concatenate([mesh.interfaces[name].ravel() for name in names]))
+    z_r = np.column_stack([mesh.points[:, 2], np.hypot(mesh.points[:, 0], mesh.points[:, 1])])
+    away = cKDTree(z_r[on]).query(z_r)[0]
+    is_near = away <= _PITCHES * 2.0 * np.pi * z_r[on, 1].max() / count
+    kept = {n: rows[is_near[rows].all(axis=1)] for n, rows in _joints(mesh).items()}
+    interfaces = {n: rows for n, rows in kept.items() if len(rows)}
+    return _cells_of(replace(mesh, interfaces=interfaces), is_near[mesh.cells].any(axis=1))
 
 
 def own_parts(mesh: Mesh) -> tuple[Mesh, ...]:
