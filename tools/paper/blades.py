@@ -12,6 +12,7 @@ import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,8 @@ from paper.runs import SOURCE, STORE, drawn  # noqa: E402
 
 from solidwhirl import geometry as geo  # noqa: E402
 from solidwhirl.core.stages import silent  # noqa: E402
-from solidwhirl.geometry.mass_properties import feature_mass_properties, mass_properties  # noqa: E402
+from solidwhirl.geometry import mass_properties  # noqa: E402
+from solidwhirl.geometry.mass_properties import feature_mass_properties  # noqa: E402
 from solidwhirl.model.bodies import build_bodies  # noqa: E402
 from solidwhirl.pipeline.run import Results, run_scene  # noqa: E402
 from solidwhirl.rotordyn import Modes, modes_at_speed  # noqa: E402
@@ -83,7 +85,7 @@ def _scene(name: str) -> dict[str, Any]:
 
 
 def _rigid(data: dict[str, Any]) -> dict[str, Any]:
-    """The engine with blades, these a thousand times as stiff; errors are those of the same mesh."""
+    """The engine with blades, these much stiffer; errors are those of the same mesh."""
     known = {**geo.MATERIALS}
     materials = dict(data.get("materials", {}))
     bodies = {}
@@ -98,7 +100,8 @@ def _rigid(data: dict[str, Any]) -> dict[str, Any]:
             }
             rows.append({**row, "material": stiff})
         bodies[name] = {**body, "blades": rows}
-    model = {**data["model"], "estimates": "off"}
+    # as many modes as the elastic ones have
+    model = {k: v for k, v in data["model"].items() if k != "modes"} | {"estimates": "off"}
     return {**data, "bodies": bodies, "materials": materials, "model": model}
 
 
@@ -225,7 +228,7 @@ def _partners(first: Shapes, second: Shapes) -> dict[int, tuple[int, float]]:
 def _chain(shapes: Mapping[str, Shapes]) -> list[dict[str, Any]]:
     """Every mode of the engine with rings through all engines, then modes that only blades have."""
     names = list(ENGINES)
-    steps = [_partners(shapes[a], shapes[b]) for a, b in zip(names, names[1:], strict=False)]
+    steps = [_partners(shapes[a], shapes[b]) for a, b in pairwise(names)]
     rows, met = [], set()
     for start in range(shapes[names[0]].hertz.size):
         at: int | None = start
@@ -310,7 +313,7 @@ def _critical_shapes(results: Results, places: Sequence[str]) -> dict[str, Shape
     }
 
 
-# -- numbers and picture that are kept ---------------------------------------------------------------
+# -- numbers and picture that are kept -------------------------------------------------------------
 
 
 def compute() -> None:
@@ -403,13 +406,17 @@ def _both(results: Mapping[str, Results], limit_hz: float) -> charts.Chart:
         rpm = diagram.speeds_rad_s * RPM_PER_RAD_S
         for curve in charts.branch_curves(rpm, diagram.frequency_hz, diagram.whirl):
             color = "@ink/0.25" if engine == "rings" else curve.look.color
-            look = charts.Look(color, "solid" if engine == "rings" else curve.look.dash, "", 4, width)
+            look = charts.Look(
+                color, "solid" if engine == "rings" else curve.look.dash, "", 4, width
+            )
             name = NAMES["rings"] if engine == "rings" else f"{NAMES['blades']}, {curve.name}"
             parts.append(charts.Curve(x=curve.x, y=curve.y, name=name, look=look))
     rpm = results["blades"].campbell.speeds_rad_s * RPM_PER_RAD_S
     for shaft, ratio in results["blades"].scene.speed_ratios().items():
         line = charts.Look("@muted", "dot", width=1.0)
-        parts.append(charts.Curve(x=rpm, y=abs(ratio) * rpm / 60.0, name=f"1/rev of {shaft}", look=line))
+        parts.append(
+            charts.Curve(x=rpm, y=abs(ratio) * rpm / 60.0, name=f"1/rev of {shaft}", look=line)
+        )
     return charts.Chart(
         name="blades",
         title="Engine with rings (grey) and with elastic blades (in colour)",
@@ -418,3 +425,170 @@ def _both(results: Mapping[str, Results], limit_hz: float) -> charts.Chart:
         parts=parts,
         height_px=560,
     )
+
+
+# -- the page --------------------------------------------------------------------------------------
+
+
+def blade_sections(_runs: dict[str, Any], _told: dict[str, Any]) -> list[str]:
+    """Sections of the page on the engine with blades, from the numbers that are kept."""
+    known = json.loads(DATA.read_text(encoding="utf-8"))
+    masses = _mass_table(known)
+    at_rest, at_speed = known["modes"].items()
+    return [
+        "### The engine with blades",
+        "**The paper** names no blades. **Ours** above are rigid rings. Scene `uhbr_engine_bladed` "
+        "has solid blades in their place, of the fan and all stages of Table 7, each row reduced "
+        "by a sector of its own ([blades](blades.md#when-counts-have-no-common-divisor)). What "
+        "they look like is inferred, by a rule that the scene states: a row has the mass and the "
+        "polar inertia of the ring that it stands for, and its middle is where that ring is. "
+        "Computed by `make paper_blades`, not with the rest of this page: "
+        f"{_cost(known)}.",
+        _row_table(known),
+        masses,
+        "Table 4 holds with blades as with rings; the diametral inertia is not fitted.",
+        "![Campbell diagrams with rings and with blades](paper/blades.png)",
+        "Three steps lead from rings to elastic blades. *Mass moved*: a ring for every stage in "
+        "place of one for each group, with the mass, centre and inertias of its row of blades. "
+        "*Attachment*: blades that do not bend, as their modulus is a thousand times as large, on "
+        "tetrahedra; they stiffen the rim under their roots, and the element changes. "
+        "*Flexibility*: the blades' own modulus on the same mesh, so that its error cancels from "
+        "the difference but for what blades add. Modes are paired by their motion at the nodes "
+        "(MAC), bending ones with those of the same whirl. ± is the estimated error.",
+        f"At rest{_sums(at_rest[1])}",
+        _mode_table(at_rest[1]),
+        f"At {float(at_speed[0]):.0f} rpm{_sums(at_speed[1])}",
+        _mode_table(at_speed[1]),
+        _critical_text(known["critical_speeds"]),
+        _mode_table(known["critical_speeds"]),
+    ]
+
+
+def _cost(known: dict[str, Any]) -> str:
+    return ", ".join(
+        f"{NAMES[name]} {own['processor_s']:.0f} s of processor, {own['peak_memory_gib']:.1f} GiB"
+        for name, own in known["engines"].items()
+    )
+
+
+def _row_table(known: dict[str, Any]) -> str:
+    head = (
+        "row", "blades", "length [mm]", "chord [mm]", "thickness, root to tip [mm]",
+        "mass [kg]", "ring", "polar inertia [kg m²]", "ring", "diametral", "ring",
+    )  # fmt: skip
+    rows = []
+    for row in known["rows"]:
+        pairs = zip(row["blades"], row["ring"], strict=True)
+        rows.append(
+            (
+                f"{row['unit']}: {row['name']}",
+                str(row["count"]),
+                f"{1e3 * row['length_m']:.0f}",
+                _ends(row["chord_m"], ".0f"),
+                _ends(row["thickness_m"], ".1f"),
+                *(f"{value:.4g}" for pair in pairs for value in pair),
+            )
+        )
+    return markdown(head, rows)
+
+
+def _ends(values: Sequence[float], digits: str) -> str:
+    return " to ".join(dict.fromkeys(f"{1e3 * value:{digits}}" for value in values))
+
+
+def _mass_table(known: dict[str, Any]) -> str:
+    head = ("unit", "", "mass [kg]", "centre [m]", "polar [kg m²]", "diametral [kg m²]")
+    rows = []
+    for unit, own in known["masses"].items():
+        told = {"paper": SOURCE["table_4"][unit], **own}
+        for name, values in told.items():
+            rows.append((unit, NAMES.get(name, name), *(f"{v:.5g}" for v in values)))
+    return markdown(head, rows)
+
+
+def _value(row: Mapping[str, Any]) -> Mapping[str, float]:
+    """Frequencies, or critical speeds, by engine."""
+    found: Mapping[str, float] = row.get("frequency_hz") or row["speed_rpm"]
+    return found
+
+
+def _change(row: Mapping[str, Any], first: str, second: str) -> float | None:
+    own = _value(row)
+    return own[second] / own[first] - 1.0 if first in own and second in own else None
+
+
+_STEPS = {"mass moved": ("rings", "stage_rings"), "attachment": ("stage_rings", "rigid"),
+          "flexibility": ("rigid", "blades")}  # fmt: skip
+
+
+def _mode_table(rows: Sequence[Mapping[str, Any]]) -> str:
+    """A line for each mode that has a pair from the rings on, then a line on those of blades."""
+    unit = "rpm" if "speed_rpm" in rows[0] else "Hz"
+    head = ("unit", "whirl", *(f"{name} [{unit}]" for name in NAMES.values()), *_STEPS, "MAC")
+    out = []
+    for row in (r for r in rows if "rings" in _value(r)):
+        own = _value(row)
+        shift = [_change(row, *pair) for pair in _STEPS.values()]
+        who = (
+            f"{row['unit']}, excited by {row['excited_by']}" if "excited_by" in row else row["unit"]
+        )
+        out.append(
+            (
+                who,
+                row["whirl"],
+                *(_with_error(own.get(name), row["error"].get(name)) for name in NAMES),
+                *("no pair" if s is None else f"{s:+.2%}" for s in shift),
+                f"{min(row['mac']):.2f}" if row["mac"] else "",
+            )
+        )
+    return markdown(head, out)
+
+
+def _with_error(value: float | None, error: float | None) -> str:
+    if value is None:
+        return ""
+    return f"{value:.5g}" + (f" ± {value * error:.1g}" if error else "")
+
+
+def _sums(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Which modes blades change by bending, and how many only they have."""
+    moved = [
+        (abs(shift), row) for row in rows if (shift := _change(row, "rigid", "blades")) is not None
+    ]
+    most = sorted(moved, key=lambda pair: -pair[0])[:_NAMED]
+    told = ", ".join(
+        f"{row['unit']} {row['whirl']} at {_value(row)['rigid']:.1f} Hz by "
+        f"{_change(row, 'rigid', 'blades'):+.1%}"
+        for _, row in most
+    )
+    own = [r for r in rows if list(_value(r)) == ["blades"]]
+    return (
+        f", flexibility moves most: {told}. {len(own)} modes have no pair without elastic blades: "
+        f"{_of_blades(own)}."
+    )
+
+
+# Modes that the text names.
+_NAMED = 4
+
+
+def _of_blades(rows: Sequence[Mapping[str, Any]]) -> str:
+    by: dict[str, list[float]] = {}
+    for row in rows:
+        by.setdefault(f"{row['unit']} {row['whirl']}", []).append(_value(row)["blades"])
+    told = (f"{name} {', '.join(f'{v:.1f}' for v in sorted(own))} Hz" for name, own in by.items())
+    return "; ".join(told) or "none"
+
+
+def _critical_text(rows: Sequence[Mapping[str, Any]]) -> str:
+    own = [r for r in rows if list(_value(r)) == ["blades"]]
+    lost = [r for r in rows if "rings" in _value(r) and "blades" not in _value(r)]
+    return (
+        "Critical speeds, of the low pressure shaft, paired in the same way by the shaft that "
+        f"excites them. {len(own)} are of elastic blades alone; {len(lost)} of the engine with "
+        "rings have no pair there."
+    )
+
+
+if __name__ == "__main__":
+    compute()
