@@ -33,7 +33,7 @@ from solidwhirl.geometry import (
     symmetry,
 )
 from solidwhirl.geometry.feature_shapes import bottom_distance, hole_range, largest_radius
-from solidwhirl.geometry.features import FEWEST
+from solidwhirl.geometry.parts import layout_of, part_bodies
 from solidwhirl.meshing.own.grading import (
     AROUND,
     edge_at_hole,
@@ -120,14 +120,16 @@ class PredictedMesh:
 def predict_mesh(body: Body, size: MeshSize, kind: MeshKind) -> PredictedMesh:
     """Predict the numbers of a mesh: a meridian, revolved or not, within a factor 1.5.
 
-    `kind`: "solid" is a sector of a body whose features have one, else the whole. Raises
-    GeometryError: an invalid body.
+    `kind`: "solid" is a sector of a body whose features have one, sectors of drum and stages that
+    have unlike ones, else the whole. Raises GeometryError: an invalid body.
 
     Where a section is thinner than its elements are long, the edges (triangles) of its outline
     count instead. Vertices, edges and facets are related by Euler's formula.
     """
     if kind == "revolved":
         return predict_revolved(predict_mesh(body, size, "harmonic"))
+    if kind == "solid" and symmetry(body) == "staged":
+        return _joined(body, size)
     subdivision = merge_fillets(subdivide(body))
     places = np.array(graded_places(body, subdivision, size)).reshape(-1, 3)
     bounds = face_bounds(body, subdivision, size, 3 if kind == "solid" else 2)
@@ -151,6 +153,29 @@ def predict_revolved(meridian: PredictedMesh) -> PredictedMesh:
         graded_places=meridian.graded_places,
         cut_face=meridian,
     )
+
+
+def _joined(body: Body, size: MeshSize) -> PredictedMesh:
+    """Numbers of the drum, revolved by a sector, and of one sector of every stage, together.
+
+    What of the drum is copied for estimates is left out.
+    """
+    parts = part_bodies(body, layout_of(body))
+    halves = [not part.features or mirror_angle(part) is not None for part in parts]
+    found = [predict_mesh(p, size, "solid" if p.features else "revolved") for p in parts]
+    if not all(halves):
+        found = [m.times(2.0) if half else m for m, half in zip(found, halves, strict=True)]
+    faces = [mesh.cut_face for mesh in found if mesh.cut_face is not None]
+    return replace(_together(found), cut_face=_together(faces))
+
+
+def _together(meshes: Sequence[PredictedMesh]) -> PredictedMesh:
+    """Numbers of meshes that have nothing in common."""
+    total = {
+        key: sum(getattr(mesh, key) for mesh in meshes)
+        for key in ("cells", "vertices", "edges", "facets", "graded_places")
+    }
+    return PredictedMesh(dimension=meshes[0].dimension, **total)
 
 
 def predict_refined(local: LocalSize, *, whole: bool = False) -> PredictedMesh:
@@ -330,8 +355,6 @@ def _share_of_circle(body: Body) -> float:
     if _parts_of_whole(body):
         return 1.0
     count = sector_count(body.features)
-    if count < FEWEST:  # stages that are computed apart: each is about as large as the largest
-        return 1.0 / min(f.count for f in body.features)
     return (0.5 if mirror_angle(body) is not None else 1.0) / count
 
 

@@ -18,8 +18,8 @@ from paper import twin_rotor, units, variants  # noqa: E402
 from paper.rows import per_cent  # noqa: E402
 from paper.runs import SOURCE  # noqa: E402
 
-# Writes a scene file, of which all numbers are input.
-NO_PAGE = {"compose.py"}
+# Write scene files, of which all numbers are input.
+NO_PAGE = {"compose.py", "compose_bladed.py"}
 NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w.]*\.(?:png|md|json|toml))")
 YEAR = re.compile(r"\((?:19|20)\d\d\)")
 
