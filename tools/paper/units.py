@@ -231,6 +231,8 @@ def _map_sections(runs: dict[str, Any]) -> list[str]:
             chosen={at_rest: "Table 5, at rest", at_design: "design point"},
             supports=laws,
         )
+        # one axis below three maps
+        curves = replace(curves, bearings=["both bearings"])
         shown.append(replace(map_chart(curves, {unit: DESIGN[unit]}, unit), title=unit))
         rows += _dependence(unit, curves)
     head = ("unit", "critical speed", "whirl", "depends on the stiffness [N/m]")
