@@ -28,7 +28,7 @@ def mesh(drum):
 
 
 def test_the_drum_is_copied_near_the_stages_of_an_order(mesh):
-    """Two pitches from ring 1 of 24 blades are 63 mm, so that the back of the drum has no copy."""
+    """Two pitches of ring 3 with 37 blades are 41 mm, so that the back of the drum has no copy."""
     parts = mesh.parts
     assert {s for s in parts.shifts if s} == {24, -24, 31, -31, 37, -37}
     ends = {}

@@ -23,7 +23,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
 from paper.rows import markdown  # noqa: E402
-from paper.runs import SOURCE, STORE, drawn  # noqa: E402
+from paper.runs import SOURCE, drawn  # noqa: E402
 
 from solidwhirl import geometry as geo  # noqa: E402
 from solidwhirl.core.stages import silent  # noqa: E402
@@ -100,8 +100,7 @@ def _rigid(data: dict[str, Any]) -> dict[str, Any]:
             }
             rows.append({**row, "material": stiff})
         bodies[name] = {**body, "blades": rows}
-    # as many modes as the elastic ones have
-    model = {k: v for k, v in data["model"].items() if k != "modes"} | {"estimates": "off"}
+    model = {**data["model"], "estimates": "off"}
     return {**data, "bodies": bodies, "materials": materials, "model": model}
 
 
@@ -217,7 +216,8 @@ def _partners(first: Shapes, second: Shapes) -> dict[int, tuple[int, float]]:
     other = first.family[:, None] != second.family[None]
     far = np.abs(np.log2(first.hertz[:, None] / second.hertz[None])) > _OCTAVES
     mac[other | far] = 0.0
-    rows, columns = linear_sum_assignment(-mac)
+    away = np.abs(np.log2(first.hertz[:, None] / second.hertz[None]))
+    rows, columns = linear_sum_assignment(np.where(mac >= _ALIKE, np.sqrt(away) - 1.0 - mac, 0.0))
     return {
         int(i): (int(j), float(mac[i, j]))
         for i, j in zip(rows, columns, strict=True)
@@ -276,7 +276,8 @@ def _critical(results: Mapping[str, Results], places: Sequence[str]) -> list[dic
         chained = _chain({name: own.get(shaft, _none(places)) for name, own in found.items()})
         for row in chained:
             # a critical speed is kept where a mode has its frequency
-            rows.append({**row, "excited_by": shaft, "speed_rpm": row.pop("frequency_hz")})
+            speeds = row.pop("frequency_hz")
+            rows.append({**row, "excited_by": shaft, "speed_rpm": speeds})
     return rows
 
 
@@ -286,14 +287,17 @@ def _none(places: Sequence[str]) -> Shapes:
 
 
 def _critical_shapes(results: Results, places: Sequence[str]) -> dict[str, Shapes]:
-    """Critical speeds by the shaft that excites them, in the place of frequencies, in rpm."""
+    """Critical speeds by the shaft whose unbalance excites them, as frequencies, in rpm."""
     errors = None if results.estimates is None else results.estimates.critical_speeds.total
     by_shaft: dict[str, list[tuple[Any, ...]]] = {}
+    ratios = results.scene.speed_ratios()
     for k, entry in enumerate(results.critical_speeds):
         critical = entry.critical
         modes = modes_at_speed(results.system, critical.speed_rad_s)
         assert modes.family is not None
         at = int(np.abs(modes.frequency_hz - critical.frequency_hz).argmin())
+        if not any(ratios[shaft] * modes.family[at] > 0.0 for shaft in entry.excited_by):
+            continue
         share = participation(results.system, modes)
         unit = share.bodies[int(share.kinetic_bodies[:, at].argmax())]
         error = float("nan") if errors is None else float(errors[k])
@@ -321,7 +325,7 @@ def compute() -> None:
     results, engines = dict[str, Results](), dict[str, Any]()
     for name, scene in ENGINES.items():
         start = time.process_time()
-        found = run_scene(parse_scene(scene()), progress=silent, store=STORE)
+        found = run_scene(parse_scene(scene()), progress=silent)
         assert found is not None
         results[name] = found
         engines[name] = {
@@ -413,6 +417,8 @@ def _both(results: Mapping[str, Results], limit_hz: float) -> charts.Chart:
             parts.append(charts.Curve(x=curve.x, y=curve.y, name=name, look=look))
     rpm = results["blades"].campbell.speeds_rad_s * RPM_PER_RAD_S
     for shaft, ratio in results["blades"].scene.speed_ratios().items():
+        if not ratio:
+            continue
         line = charts.Look("@muted", "dot", width=1.0)
         parts.append(
             charts.Curve(x=rpm, y=abs(ratio) * rpm / 60.0, name=f"1/rev of {shaft}", look=line)
@@ -442,19 +448,20 @@ def blade_sections(_runs: dict[str, Any], _told: dict[str, Any]) -> list[str]:
         "by a sector of its own ([blades](blades.md#when-counts-have-no-common-divisor)). What "
         "they look like is inferred, by a rule that the scene states: a row has the mass and the "
         "polar inertia of the ring that it stands for, and its middle is where that ring is. "
-        "Computed by `make paper_blades`, not with the rest of this page: "
-        f"{_cost(known)}.",
+        "Computed by `make paper_blades`, which takes longer than the rest of this page: it keeps "
+        f"[numbers](data/paper_blades.json) and picture. Cost: {_cost(known)}.",
         _row_table(known),
         masses,
-        "Table 4 holds with blades as with rings; the diametral inertia is not fitted.",
+        "Table 4 holds with blades as with rings; their diametral inertia is not fitted.",
         "![Campbell diagrams with rings and with blades](paper/blades.png)",
-        "Three steps lead from rings to elastic blades. *Mass moved*: a ring for every stage in "
-        "place of one for each group, with the mass, centre and inertias of its row of blades. "
-        "*Attachment*: blades that do not bend, as their modulus is a thousand times as large, on "
-        "tetrahedra; they stiffen the rim under their roots, and the element changes. "
-        "*Flexibility*: the blades' own modulus on the same mesh, so that its error cancels from "
-        "the difference but for what blades add. Modes are paired by their motion at the nodes "
-        "(MAC), bending ones with those of the same whirl. ± is the estimated error.",
+        "Three steps lead from rings to elastic blades, while mass, centre and inertias of a unit "
+        "stay (above). *Mass moved*: every stage has a ring of its own, with the mass, centre and "
+        "inertias of its blades, where one stage of a group had a ring for all. *Attachment*: "
+        "blades that do not bend, as their modulus is a thousand times as large; they stiffen the "
+        "rims under their roots, and the elements are others. *Flexibility*: the blades' own "
+        "modulus on the same mesh. Modes are paired by their motion at the nodes (MAC) and by "
+        "nearness, within one whirl; axial motion shows at no node and is paired by nearness "
+        "alone. At rest both whirls are one. ± is the estimated error.",
         f"At rest{_sums(at_rest[1])}",
         _mode_table(at_rest[1]),
         f"At {float(at_speed[0]):.0f} rpm{_sums(at_speed[1])}",
@@ -517,8 +524,11 @@ def _change(row: Mapping[str, Any], first: str, second: str) -> float | None:
     return own[second] / own[first] - 1.0 if first in own and second in own else None
 
 
-_STEPS = {"mass moved": ("rings", "stage_rings"), "attachment": ("stage_rings", "rigid"),
-          "flexibility": ("rigid", "blades")}  # fmt: skip
+_STEPS = {
+    "mass moved": ("rings", "stage_rings"),
+    "attachment": ("stage_rings", "rigid"),
+    "flexibility": ("rigid", "blades"),
+}
 
 
 def _mode_table(rows: Sequence[Mapping[str, Any]]) -> str:
@@ -584,9 +594,10 @@ def _critical_text(rows: Sequence[Mapping[str, Any]]) -> str:
     own = [r for r in rows if list(_value(r)) == ["blades"]]
     lost = [r for r in rows if "rings" in _value(r) and "blades" not in _value(r)]
     return (
-        "Critical speeds, of the low pressure shaft, paired in the same way by the shaft that "
-        f"excites them. {len(own)} are of elastic blades alone; {len(lost)} of the engine with "
-        "rings have no pair there."
+        "Critical speeds in revolutions of the low pressure shaft, those of whirl that the "
+        "unbalance of a shaft excites, paired in the same way. "
+        f"{len(own)} are of elastic blades alone; {len(lost)} of the engine with rings have no "
+        "pair there."
     )
 
 
