@@ -19,6 +19,7 @@ from solidwhirl.geometry.features import (
     places_rad,
     sector_count,
 )
+from solidwhirl.geometry.joints import Joint
 from solidwhirl.geometry.mass_properties import (
     MassProperties,
     feature_mass_properties,
@@ -61,6 +62,7 @@ __all__ = [
     "Hole",
     "Interface",
     "InterfaceKind",
+    "Joint",
     "Keyway",
     "MassProperties",
     "Material",

@@ -13,6 +13,7 @@ from typing import Literal, get_args
 
 from solidwhirl.geometry.errors import GeometryError, require_finite, require_name
 from solidwhirl.geometry.features import Feature
+from solidwhirl.geometry.joints import Joint
 from solidwhirl.geometry.materials import Material
 
 InterfaceKind = Literal["section", "outer", "inner", "face", "slab"]
@@ -200,6 +201,8 @@ class Body:
     fillet_radius_m: float = 0.0
     #: Blades, holes, ... around the circumference; names unique, and those of no section
     features: tuple[Feature, ...] = ()
+    #: Faces along which sections are parted; all others that touch are bonded
+    joints: tuple[Joint, ...] = ()
 
     def __post_init__(self) -> None:
         require_name("body", self.name)

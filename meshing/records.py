@@ -132,13 +132,32 @@ class Mesh:
     quality: MeshQuality  #: What was got
     sector: Sector | None = None  #: Of a solid: which part it is; None: it is the whole
     parts: Parts | None = None  #: Where sectors differ; `sector` is then that of the drum
+    #: Of every joint of the body, (f, 2, 3) nodes of the facets that carry: of the first section's
+    #: side and, at the same places, of the second's
+    seats: tuple[IntArray, ...] = ()
 
     @property
     def dimension(self) -> int:
         """2 for a meridian mesh, 3 for a solid mesh."""
         return int(self.points.shape[1])
 
+    @property
+    def facet_sets(self) -> Mapping[str, IntArray]:
+        """Facets of the interfaces, and of either side of joints (`seat_name`)."""
+        sides = {
+            seat_name(joint, side): facets[:, side]
+            for joint, facets in enumerate(self.seats)
+            for side in range(2)
+        }
+        return {**self.interfaces, **sides}
+
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
-        for array in (self.points, self.cells, self.cell_section, self.cell_material, self.outline):
+        own = (self.points, self.cells, self.cell_section, self.cell_material, self.outline)
+        for array in (*own, *self.seats):
             array.setflags(write=False)
+
+
+def seat_name(joint: int, side: int) -> str:
+    """Name of the facets of one side of a joint, which no interface can have."""
+    return f"joint {joint}, side {side}"

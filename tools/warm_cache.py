@@ -1,9 +1,11 @@
 """Compile the finite element kernels that scenes need, into the compiler's own cache."""
 
+from dataclasses import replace
+
 import numpy as np
 from mpi4py import MPI
 
-from solidwhirl.geometry import MATERIALS, Body, Interface, Section
+from solidwhirl.geometry import MATERIALS, Body, Interface, Joint, Section
 from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_revolved
 from solidwhirl.reduction import ReductionRequest, reduce_body
 from solidwhirl.reduction.recovery.fields import body_fields
@@ -26,6 +28,11 @@ def warm(level: str, degree: int) -> None:
         for name, z in (("a", 0.0), ("b", 0.1))
     )
     body = Body(name="tube", sections=(section,), interfaces=ends)
+    if level == "harmonic":
+        around = {"inner_radius_m": (0.05, 0.05), "outer_radius_m": (0.07, 0.07)}
+        ring = replace(section, name="ring", **around)
+        fit = Joint(between=("tube", "ring"), interference_m=1e-4)
+        body = replace(body, sections=(section, ring), joints=(fit,))
     size = MeshSize(size_m=0.05, corner_size_m=0.05)
     request = ReductionRequest(
         level=level,

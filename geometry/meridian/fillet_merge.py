@@ -134,6 +134,10 @@ def _renumbered(subdivision: Subdivision) -> Subdivision:
         interfaces=MappingProxyType(
             {name: _mapped(curves, curve_of) for name, curves in subdivision.interfaces.items()}
         ),
+        joints=tuple(
+            replace(face, curves=_mapped(face.curves, curve_of), seat=_mapped(face.seat, curve_of))
+            for face in subdivision.joints
+        ),
     )
 
 

@@ -16,6 +16,12 @@ from solidwhirl.geometry.meridian import fillets as rounding
 from solidwhirl.geometry.meridian.arrangement import arrange, materials_of
 from solidwhirl.geometry.meridian.attachments import interface_curves, split_at_interfaces
 from solidwhirl.geometry.meridian.feature_fit import refuse_misfits
+from solidwhirl.geometry.meridian.joint_faces import (
+    JointFace,
+    joint_faces,
+    refuse_filleted_ends,
+    split_at_seats,
+)
 from solidwhirl.geometry.meridian.outline import Corner, outline_of, reentrant_corners
 from solidwhirl.geometry.meridian.plane_graph import Curve, Face, PlaneGraph, outline_curves
 from solidwhirl.geometry.meridian.snapping import Scale, scale_of, snap_body
@@ -43,6 +49,7 @@ class Subdivision:
     fillet_arcs: tuple[int, ...]  #: Curve indices of the fillets' arcs, all of them in `boundary`
     #: Curve indices of every interface, ascending; read-only
     interfaces: Mapping[str, tuple[int, ...]]
+    joints: tuple[JointFace, ...] = ()  #: Of the body's joints, in their order
 
     def __post_init__(self) -> None:
         self.points.setflags(write=False)
@@ -58,6 +65,7 @@ class _Plan:
     interfaces: Mapping[str, tuple[int, ...]]
     corners: tuple[Corner, ...]
     fillets: tuple[rounding.Fillet, ...]
+    joints: tuple[JointFace, ...]
 
 
 def subdivide(body: Body) -> Subdivision:
@@ -75,8 +83,8 @@ def subdivide(body: Body) -> Subdivision:
 
     Raises GeometryError if sections overlap, touch only in a point, are in pieces or leave a gap or
     edge below 1e-6 of the size; if an interface lies outside or partially outside; if a fillet does
-    not fit or covers an interface; if features do not fit (`feature_fit`), which leave no trace in
-    the meridian.
+    not fit or covers an interface; if the sections of a joint do not touch; if features do not fit
+    (`feature_fit`), which leave no trace in the meridian.
     """
     plan = _plan(body)
     materials = materials_of(plan.body)
@@ -100,6 +108,7 @@ def subdivide(body: Body) -> Subdivision:
         corners=tuple(replace(c, filleted=c.point in filleted) for c in plan.corners),
         fillet_arcs=arcs,
         interfaces=MappingProxyType(dict(plan.interfaces)),
+        joints=plan.joints,
     )
 
 
@@ -117,14 +126,17 @@ def _plan(body: Body) -> _Plan:
     graph = arrange(body, tolerance)
     contact.refuse_pinches(body, graph)
     contact.refuse_pieces(body, graph)
-    graph = split_at_interfaces(graph, body, tolerance)
+    graph = split_at_seats(split_at_interfaces(graph, body, tolerance), body, tolerance)
+    joints = joint_faces(graph, body, tolerance)
     interfaces = interface_curves(graph, body, tolerance)
     contact.refuse_tiny_details(body, graph, scale.detail_m)
     outline = outline_of(graph)
     corners = reentrant_corners(graph, outline, tolerance)
     fillets = rounding.plan_fillets(graph, outline, corners, body, scale)
     rounding.refuse_swallowed_interfaces(graph, fillets, body.interfaces, interfaces, tolerance)
+    refuse_filleted_ends(body, graph, joints, fillets)
     refuse_misfits(body, fillets, scale)
     return _Plan(
-        body=body, scale=scale, graph=graph, interfaces=interfaces, corners=corners, fillets=fillets
-    )
+        body=body, scale=scale, graph=graph, interfaces=interfaces, corners=corners,
+        fillets=fillets, joints=joints,
+    )  # fmt: skip

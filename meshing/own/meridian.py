@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 import gmsh
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from solidwhirl.geometry import Body, Subdivision, merge_fillets, subdivide
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.own import drawing as drawn
+from solidwhirl.meshing.own.parting import parted
 from solidwhirl.meshing.own.quality import doubled_areas, scaled_jacobians, straighten
 from solidwhirl.meshing.records import FloatArray, IntArray, LocalSize, Mesh, MeshQuality, MeshSize
 
@@ -46,7 +48,7 @@ def mesh_meridian(body: Body, size: MeshSize, local: LocalSize | None = None) ->
     points[np.abs(points[:, 1]) < 1e-12 * np.abs(points).max(), 1] = 0.0
     cells = _counterclockwise(points, cells)
     points, quality = checked_quality(points, cells, "meridian")
-    return Mesh(
+    mesh = Mesh(
         points=points,
         cells=cells,
         cell_section=np.array([subdivision.faces[k].section for k in owner]),
@@ -60,6 +62,28 @@ def mesh_meridian(body: Body, size: MeshSize, local: LocalSize | None = None) ->
         outline=_outline(subdivision, curves, used),
         size=size,
         quality=quality,
+    )
+    return _parted(mesh, subdivision, [used[facets] for facets in curves])
+
+
+def _parted(mesh: Mesh, subdivision: Subdivision, curves: list[IntArray]) -> Mesh:
+    """Double the nodes on the faces of joints; `curves`: facets of every curve."""
+    if not subdivision.joints:
+        return mesh
+    faces = np.vstack([curves[c] for face in subdivision.joints for c in face.curves])
+    found = parted(mesh.cells, faces, len(mesh.points))
+    seats = []
+    for face in subdivision.joints:
+        carrying = np.vstack([curves[c] for c in face.seat])
+        sides = [found.facets(carrying, mesh.cell_section, s) for s in face.sections]
+        seats.append(np.stack(sides, axis=1))
+    return replace(
+        mesh,
+        points=mesh.points[found.node_of],
+        cells=found.cells,
+        interfaces={name: found.facets(facets) for name, facets in mesh.interfaces.items()},
+        outline=found.copies(mesh.outline),
+        seats=tuple(seats),
     )
 
 

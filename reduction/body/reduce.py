@@ -92,6 +92,7 @@ def reduce_body(
         },
         indicators=(lambda: indicators) if indicators else None,
         checks=tuple(checks),
+        joints=orders[-1].joints,
     )
     return element, work
 
@@ -128,6 +129,7 @@ def _solved(
         full_dofs=operators.full_dofs,
         rigid_mass=operators.rigid_mass,
         hoop_strain=operators.hoop_strain,
+        joints=operators.joint_states,
         orthogonality_error=error,
         assembled=operators.assembled,
         solved=(*basis.solved, *did),
@@ -175,6 +177,10 @@ def _omitted(
         did += (
             f"error estimate of the mesh: factorisation one order higher, {3 * columns} solutions",
         )
+    lifted = residuals.lift_energy(operators, basis, request.maximum_speed_rad_s)
+    if lifted is not None:
+        parts.append(lifted)
+        did += (f"error estimate of lifting faces: factorisation, {columns} solutions",)
     joined = operators.ingredients.kinematics.joined
     if joined is not None and not request.neighbours:
         parts.append(residuals.joint_energy(operators, basis, answers, body.interfaces))

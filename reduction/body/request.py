@@ -81,6 +81,7 @@ def order_effects(body: AnyBody, request: ReductionRequest, order: int | None) -
         shape=shape_of(body),
         solver=request.solver,
         neighbours=request.neighbours,
+        maximum_speed_rad_s=request.maximum_speed_rad_s,
     )
 
 

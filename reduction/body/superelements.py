@@ -10,6 +10,7 @@ import numpy as np
 import scipy.linalg
 from scipy.sparse.csgraph import connected_components
 
+from solidwhirl.core.joint_states import JointState
 from solidwhirl.meshing.imported.records import AnyBody, is_asymmetric
 from solidwhirl.reduction.basis import pairing
 from solidwhirl.reduction.basis.craig_bampton import Basis
@@ -106,6 +107,7 @@ class SolvedOrder:
     full_dofs: int
     rigid_mass: FloatArray | None
     hoop_strain: float
+    joints: tuple[JointState, ...]
     orthogonality_error: float
     assembled: tuple[str, ...]
     solved: tuple[str, ...]

@@ -240,7 +240,7 @@ def distribute(mesh: Mesh | None, dimension: int, comm: Any) -> tuple[Any, Any, 
         cells = mesh.cells[:, _permutation(dimension, nodes)]
         points, material = mesh.points, mesh.cell_material
         order = _permutation(dimension - 1, facet_nodes)
-        interfaces = {name: facets[:, order] for name, facets in mesh.interfaces.items()}
+        interfaces = {name: facets[:, order] for name, facets in mesh.facet_sets.items()}
     names = comm.bcast(list(interfaces), root=0)
     element = _coordinate_element(_CELL[dimension], dimension)
     cells = np.ascontiguousarray(cells)

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 import ufl
 
+from solidwhirl.core.joint_states import JointState
+from solidwhirl.geometry import Body
 from solidwhirl.meshing import Mesh
 from solidwhirl.meshing.imported.records import AnyBody
+from solidwhirl.reduction.errors import ReductionError
 from solidwhirl.reduction.operators import compat, forms, kinematics, solid_matrices
 from solidwhirl.reduction.operators.coupling import Coupling, couple
 from solidwhirl.reduction.operators.cyclic import CyclicIndex
 from solidwhirl.reduction.operators.dofs import Unknowns, motion_vectors
 from solidwhirl.reduction.operators.held import HeldBody, held_body
 from solidwhirl.reduction.operators.joined import JoinedParts, distributed
+from solidwhirl.reduction.operators.joints.layers import JointSprings, Layer, layer_in, with_layer
+from solidwhirl.reduction.operators.joints.press_fits import Fit, Settled, added_matrices, settle
 from solidwhirl.reduction.operators.kinematics import Kinematics
 from solidwhirl.reduction.operators.prestress import centrifugal_displacement
 from solidwhirl.reduction.solvers.memory import return_free_memory
@@ -42,6 +48,9 @@ class OperatorEffects:
     neighbours: bool = False
     #: How systems of a solid are solved, see `solidwhirl.reduction.operators.solver_choice`
     solver: str = "auto"
+    maximum_speed_rad_s: float = (
+        0.0  #: Largest speed, to which pressed faces of joints are looked at
+    )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -54,6 +63,8 @@ class Ingredients:
     centrifugal_field: Any  #: Displacement at unit speed (Function), None without it
     effects: OperatorEffects
     component_mass: Any  #: M of one component of u on all nodes, PETSc
+    springs: tuple[JointSprings, ...] = ()  #: Of the body's joints
+    fit: Fit | None = None  #: State of pressed faces at rest
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -99,6 +110,7 @@ class BodyOperators:
     space: Any
     ingredients: Ingredients
     assembled: tuple[str, ...]
+    joint_states: tuple[JointState, ...] = ()  #: Of pressed faces, see `press_fits`
 
     @property
     def comm(self) -> Any:
@@ -131,11 +143,12 @@ def build_operators(
 
     `mesh`: meridian (harmonic level) or solid mesh; needed on rank 0 only. `order`: circumferential
     order n on a meridian mesh, cyclic index h on that of a sector, None on a mesh of the whole
-    solid. Raises ReductionError: interfaces that can not be coupled.
+    solid. Raises ReductionError: interfaces that can not be coupled; joints, see `settle`.
     """
     about = (mesh.dimension, mesh.sector, mesh.materials) if mesh is not None else None
     dimension, sector, materials = comm.bcast(about, root=0)
     domain, material_tags, facet_tags, joined = distributed(mesh, dimension, len(materials), comm)
+    assemble: Callable[..., _Assembly]
     if dimension == 2:
         kin, assemble = kinematics.harmonic(domain, order or 0), _assemble_meridian
     elif order is None:
@@ -148,6 +161,15 @@ def build_operators(
     matter = forms.medium(domain, material_tags, materials)
     space = compat.vector_space(domain, degree, 3)
     coupling = couple(space, kin, facet_tags, body.interfaces, effects.components, effects.shape)
+    settled = Settled(springs=(), states=())
+    if isinstance(body, Body) and body.joints:
+        if dimension == 3:
+            raise ReductionError(f"{body.joints[0].where}: joints at level solid are not built")
+        around = kinematics.harmonic(domain, 0)
+        settled = settle(space, around, matter, facet_tags, body.joints, materials,
+                         effects.maximum_speed_rad_s)  # fmt: skip
+        layer = layer_in(space, facet_tags, settled.springs)
+        assemble = partial(_assemble_meridian, layer=layer, fit=settled.fit)
     assembly = assemble(space, kin, matter, degree, effects, coupling)
     return BodyOperators(
         level="solid" if dimension == 3 else "harmonic",
@@ -170,7 +192,10 @@ def build_operators(
             centrifugal_field=assembly.centrifugal_field,
             effects=effects,
             component_mass=assembly.component_mass,
+            springs=settled.springs,
+            fit=settled.fit,
         ),
+        joint_states=settled.states,
         assembled=assembly.ledger,
     )
 
@@ -206,17 +231,24 @@ def _assemble_meridian(
     degree: int,
     effects: OperatorEffects,
     coupling: Coupling,
+    *,
+    layer: Layer | None = None,
+    fit: Fit | None = None,
 ) -> _Assembly:
     """Assemble one circumferential order: what the effects ask for, nothing else."""
     field, hoop, prestress = None, 0.0, None
     dx = forms.measure(space.mesh, kin, degree)
     if effects.centrifugal:
         around = kin if kin.harmonic == 0 else kinematics.harmonic(space.mesh, 0)
-        static = _stiffness(space, around, matter, dx)
+        static = with_layer(
+            _stiffness(space, around, matter, dx), layer and layer.static_stiffness(around)
+        )
         field, hoop = centrifugal_displacement(space, around, matter, dx, static)
         static.destroy()
         prestress = forms.stress(around, matter, field)
-    matrices = meridian_matrices(space, kin, matter, dx, effects, prestress, coupling.unknowns)
+        layer = layer and layer.loaded(compat.owned_values(field))
+    added = added_matrices(space, kin, matter, layer, fit)
+    matrices = meridian_matrices(space, kin, matter, effects, prestress, coupling.unknowns, added)
     return _Assembly(
         matrices=matrices,
         centrifugal_field=field,
@@ -284,16 +316,17 @@ def meridian_matrices(
     space: Any,
     kin: Kinematics,
     matter: forms.Medium,
-    dx: Any,
     effects: OperatorEffects,
     prestress: Any,
     unknowns: Unknowns,
+    added: Mapping[str, Any],
 ) -> dict[str, Any]:
     """Return the matrices of one circumferential order by name.
 
-    `prestress`: stress at unit speed (UFL), None without it.
+    `prestress`: stress at unit speed (UFL), None without it. `added`: to them
+    by joints, matrices of all of u, which are used up.
     """
-    u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
+    u, v, dx = _arguments(space, kin, compat.polynomial_degree(space))
     wanted = {
         "stiffness": forms.stiffness_form(kin, matter, u, v, dx),
         "mass": forms.mass_form(kin, matter, u, v, dx),
@@ -303,7 +336,10 @@ def meridian_matrices(
     if prestress is not None:
         wanted["stress_stiffening"] = forms.stiffening_form(kin, prestress, u, v, dx)
         wanted["spin_softening"] = forms.softening_form(kin, matter, u, v, dx)
-    return {name: unknowns.folded(assembled(form)) for name, form in wanted.items()}
+    return {
+        name: unknowns.folded(with_layer(assembled(form), added.get(name)))
+        for name, form in wanted.items()
+    }
 
 
 def sector_matrices(
@@ -418,7 +454,6 @@ def turned_mean(rigid_mass: FloatArray) -> FloatArray:
     return np.asarray(out)
 
 
-def assembled(form: Any, coupling: Coupling | None = None) -> Any:
-    """Matrix of a UFL form, with a coupling in the unknowns û."""
-    matrix = compat.assemble_matrix(compat.compiled(form))
-    return matrix if coupling is None else coupling.unknowns.folded(matrix)
+def assembled(form: Any) -> Any:
+    """Matrix of a UFL form."""
+    return compat.assemble_matrix(compat.compiled(form))

@@ -80,7 +80,7 @@ def _pinned_displacement(
     solver: str,
 ) -> Matrix:
     """Displacement under a load in equilibrium, by a solver of its own."""
-    pins = _determinate_pins(motions, space.mesh.comm)
+    pins = determinate_pins(motions, space.mesh.comm)
     factor = prepared_solver(
         stiffness,
         stiffness,
@@ -107,7 +107,7 @@ def _balanced(force: FloatArray, motions: FloatArray, component_mass: Any, comm:
     return np.asarray(force - inertia @ caused)
 
 
-def _determinate_pins(motions: FloatArray, comm: Any) -> FloatArray:
+def determinate_pins(motions: FloatArray, comm: Any) -> FloatArray:
     """Unit rows of as many unknowns as there are rigid motions, which hold all of them."""
     length = np.sqrt(np.diag(inner(motions, motions, comm)))
     left = motions / length

@@ -29,6 +29,8 @@ from solidwhirl.reduction.basis.free_motion import straining_part
 from solidwhirl.reduction.basis.reduced_block import ReducedBlock, planes
 from solidwhirl.reduction.operators import compat, forms, kinematics
 from solidwhirl.reduction.operators.coupling import Coupling, couple
+from solidwhirl.reduction.operators.joints.layers import layer_in, with_layer
+from solidwhirl.reduction.operators.joints.press_fits import added_matrices
 from solidwhirl.reduction.operators.kinematics import Kinematics
 from solidwhirl.reduction.operators.matrices import (
     BodyOperators,
@@ -213,6 +215,43 @@ def joint_energy(
     return Omitted(part="stage_joints", gram=energy, safety=1.0, cutoff_rad_s=np.inf)
 
 
+def lift_energy(
+    operators: BodyOperators, basis: Basis, maximum_speed_rad_s: float
+) -> Omitted | None:
+    """Energy that faces free which lift between rest and the largest speed: part "joint_lift".
+
+    `operators`, `basis`: of one order of a meridian, whose layer is that at rest. It is taken to
+    grow with the fourth power of the speed. None where the same is closed at both.
+    """
+    given = operators.ingredients
+    layers = [
+        layer_in(operators.space, given.facet_tags, springs)
+        for springs in (given.springs, [own.at_top for own in given.springs])
+    ]
+    lost = layers[0] and layers[1] and layers[0].without(layers[1])
+    if lost is None:
+        return None
+    change = operators.coupling.unknowns.folded(lost.stiffness(given.kinematics))
+    at_top = with_layer(operators.stiffness.copy(), change.copy(), -1.0)
+    shifted = shifted_matrix(operators, at_top, basis.shift)
+    factor = factorise(shifted, operators.coupling.held)
+    loads = balanced(apply(change, basis.vectors)[None], operators, basis.free)
+    freed = factor.solve(loads[0], None)[: len(loads[0])]
+    freed = _unmoved(freed[None], operators, basis.free)[0]
+    n = basis.vectors.shape[1]
+    energy = project(at_top, freed, operators.comm) + project(change, basis.vectors, operators.comm)
+    gram: Matrix = np.zeros((_TERMS, n, _TERMS, n))
+    # as a residual of the square of the speed
+    gram[3, :, 3] = symmetric(energy) / maximum_speed_rad_s**4
+    factor.destroy()
+    for made in {id(m): m for m in (change, at_top, shifted)}.values():
+        made.destroy()
+    return Omitted(
+        part="joint_lift", gram=gram.reshape(_TERMS * n, _TERMS * n), safety=1.0,
+        cutoff_rad_s=np.inf,
+    )  # fmt: skip
+
+
 def _missed(
     operators: BodyOperators, basis: Basis, answers: Matrix, finer: BodyOperators, solver: Solver
 ) -> Matrix:
@@ -322,7 +361,9 @@ def _weighted_stiffness(operators: BodyOperators, finer: BodyOperators, singular
     dx = forms.measure(domain, kin, degree + 1)
     form = forms.stiffness_form(kin, given.matter, u, v, dx)
     if given.kinematics.dimension == 2:
-        return assembled(form, finer.coupling)
+        layer = layer_in(finer.space, given.facet_tags, given.springs)
+        springs = layer and layer.stiffness(given.kinematics, _SMOOTH_SAFETY)
+        return finer.coupling.unknowns.folded(with_layer(assembled(form), springs))
     return SectorStiffness(unknowns=finer.coupling.unknowns, matrix=assembled(form))
 
 
@@ -358,12 +399,17 @@ def _finer_operators(
         whole = kin.dimension == 3 or kin.harmonic == 0
         around = kin if whole else kinematics.harmonic(space.mesh, 0)
         prestress = forms.stress(around, matter, given.centrifugal_field)
-    dx = forms.measure(space.mesh, kin, degree)
     if kin.dimension == 2:
+        layer = layer_in(space, given.facet_tags, given.springs)
+        if layer is not None and prestress is not None:
+            steady = compat.owned_values(given.centrifugal_field)[:, None]
+            layer = layer.loaded(_interpolated(operators.space, space, steady)[:, 0])
+        added = added_matrices(space, kin, matter, layer, given.fit)
         matrices = meridian_matrices(
-            space, kin, matter, dx, given.effects, prestress, coupling.unknowns
+            space, kin, matter, given.effects, prestress, coupling.unknowns, added
         )
     else:
+        dx = forms.measure(space.mesh, kin, degree)
         u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
         stiffness = assembled(forms.stiffness_form(kin, matter, u, v, dx))
         parts = (stiffness, component_mass(space, kin, matter, dx))

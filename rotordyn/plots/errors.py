@@ -28,6 +28,7 @@ _LOOKS = {
     "mesh": charts.Look("#8C510A", "solid", "circle"),
     "circumferential": charts.Look("@c5", "dash", "square"),
     "stage_joints": charts.Look("@c5", "dash", "star"),
+    "joint_lift": charts.Look("@c1", "longdash", "diamond"),
     "mode_truncation": charts.Look("@c3", "dashdot", "triangle-up"),
     "speed_interpolation": charts.Look("@c4", "dot", "triangle-left"),
     "interface_coupling": charts.Look("@c7", "longdash", "cross"),

@@ -27,6 +27,7 @@ PARTS = (
     "mesh",
     "circumferential",  # of files that older versions wrote
     "stage_joints",
+    "joint_lift",
     "mode_truncation",
     "speed_interpolation",
     "interface_coupling",
@@ -41,6 +42,7 @@ FORM_PARTS = (
     "mesh",
     "circumferential",
     "stage_joints",
+    "joint_lift",
     "mode_truncation",
     "interface_coupling",
     "beam_theory",

@@ -15,11 +15,15 @@ _COARSE_ENOUGH = 5e-3
 def beams_are_tried(scene: Scene, bodies: Mapping[str, Body]) -> bool:
     """Whether the level of the bodies is chosen by what beams show.
 
-    They can't be tried in an engine with meshes before these are reduced, hold no stress, and are
-    no choice where the scene says how to mesh.
+    They can't be tried in an engine with meshes before these are reduced, hold no stress, know no
+    joints between sections, and are no choice where the scene says how to mesh.
     """
     model = scene.model
     given = (model.order, model.size_m, model.corner_size_m, model.growth)
-    meshed = scene.mesh_bodies or meshes_for(scene) or any(b.features for b in bodies.values())
+    meshed = (
+        scene.mesh_bodies
+        or meshes_for(scene)
+        or any(b.features or b.joints for b in bodies.values())
+    )
     wanted = model.level == "auto" and model.estimates == "on" and model.accuracy >= _COARSE_ENOUGH
     return bool(bodies and wanted and not meshed and given == (None,) * 4)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from solidwhirl.core.joint_states import JointState
 from solidwhirl.rotordyn.core.ledger import Ledger
 
 if TYPE_CHECKING:
@@ -36,3 +37,4 @@ class ReductionWork:
     indicators: Callable[[], tuple[Any, ...]] | None = None
     #: What must hold for the basis, and whether it does
     checks: tuple[Invariant, ...] = ()
+    joints: tuple[JointState, ...] = ()  #: Of joints whose faces are pressed together

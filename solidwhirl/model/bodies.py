@@ -31,6 +31,7 @@ def build_bodies(scene: Scene) -> dict[str, geo.Body]:
         except geo.GeometryError as error:
             raise geo.GeometryError(clean(f"bodies.{name}: {error}")) from error
     _refuse_features_on(scene.model.level, scene.model.order, bodies)
+    _refuse_joints_on(scene.model.level, bodies)
     return bodies
 
 
@@ -47,6 +48,22 @@ def _refuse_features_on(level: str, order: int | None, bodies: Mapping[str, geo.
             raise geo.GeometryError(
                 f"model.level: {level!r} is of bodies of revolution, and body {name!r} has "
                 f"{first.kind} {first.name!r}; allowed with {first.kind} are 'auto' and 'solid'"
+            )
+
+
+def _refuse_joints_on(level: str, bodies: Mapping[str, geo.Body]) -> None:
+    """Faces are parted on meridians; beams are bonded there."""
+    for name, body in bodies.items():
+        if body.joints and body.features:
+            raise geo.GeometryError(
+                f"bodies.{name}: a body with {body.features[0].kind} "
+                f"{body.features[0].name!r} is a solid, and joints are not built at level solid; "
+                "leave out one of the two"
+            )
+        if body.joints and level == "solid":
+            raise geo.GeometryError(
+                f"model.level: joints at level 'solid' are not built, and body {name!r} has the "
+                f"{body.joints[0].where}; allowed with joints are 'auto', 'harmonic' and 'beam'"
             )
 
 
@@ -111,6 +128,7 @@ def _build_body(name: str, spec: BodySpec, materials: dict[str, geo.Material]) -
         rigid_disks=tuple(geo.RigidDisk(**d.model_dump()) for d in spec.rigid_disks),
         fillet_radius_m=spec.fillet_radius_m,
         features=_features(spec, materials),
+        joints=tuple(geo.Joint(**j.model_dump()) for j in spec.joints),
     )
 
 

@@ -59,6 +59,7 @@ def make_plan(scene: Scene, bodies: Mapping[str, Body], level: str | None = None
         ),
         *_called_for(scene),
         *_static_loads(scene),
+        *_joints(bodies, level or scene.model.level),
         _asymmetry(list(asymmetric)),
         *_estimates(scene, meshed=bool(scene.finite_element_bodies())),
         _recovery(scene),
@@ -194,6 +195,21 @@ def _static_loads(scene: Scene) -> tuple[Effect, ...]:
     )
     cost = "static solutions at the speeds of the tables until loads and coefficients agree"
     return (Effect(name="static_loads", on=True, why=why, cost=cost),)
+
+
+def _joints(bodies: Mapping[str, Body], level: str) -> tuple[Effect, ...]:
+    """Sections that are parted, where the scene has any."""
+    named = ", ".join(name for name, body in bodies.items() if body.joints)
+    if not named:
+        return ()
+    why = f"sections are parted, with layers of springs between them: {named}"
+    if level == "beam":
+        why = (
+            f"beams are bonded where sections are joined, and their stiffness spreads behind a "
+            f"step at 45 degrees; neither pressure nor lift of the faces is known: {named}"
+        )
+    cost = "per order, with pressed faces: 1 factorisation, a solution per point of the faces"
+    return (Effect(name="joints", on=level != "beam", why=why, cost=cost),)
 
 
 def _damped_joints(scene: Scene) -> list[str]:

@@ -32,6 +32,7 @@ from solidwhirl.meshing import write_gmsh, write_vtu
 from solidwhirl.meshing.imported.records import MeshedBody
 from solidwhirl.model.interface_documents import interfaces_document
 from solidwhirl.model.mesh_bodies import source_document
+from solidwhirl.output.joint_documents import joint_document
 from solidwhirl.output.picture_processes import Begin, in_turn
 from solidwhirl.output.plan_documents import plan_document
 from solidwhirl.output.report import report_text
@@ -399,6 +400,7 @@ def _solid(result: BodyResult) -> dict[str, Any]:
         "solver": result.work.solver,
         "orthogonality_error": result.work.orthogonality_error,
         "hoop_strain_at_top_speed": result.work.hoop_strain,
+        **({"joints": [*map(joint_document, result.work.joints)]} if result.work.joints else {}),
     }
 
 

@@ -33,6 +33,7 @@ from solidwhirl.core.fields import (
 )
 from solidwhirl.rotordyn.modes.damping import DampingRule
 from solidwhirl.rotordyn.standards.api617_lateral import CRITICALLY_DAMPED
+from solidwhirl.scene.body_joints import JointSpec
 from solidwhirl.scene.features import (
     BladeSpec,
     CutSpec,
@@ -142,6 +143,7 @@ class BodySpec(Record):
     sections: Annotated[tuple[SectionSpec, ...], Field(max_length=MOST)] = ()
     stage_groups: Annotated[tuple[StageGroupSpec, ...], Field(max_length=MOST)] = ()
     interfaces: Annotated[tuple[InterfaceSpec, ...], Field(max_length=MOST)] = ()
+    joints: Annotated[tuple[JointSpec, ...], Field(max_length=200)] = ()
     rigid_disks: Annotated[tuple[RigidDiskSpec, ...], Field(max_length=MOST)] = ()
     blades: Annotated[tuple[BladeSpec, ...], Field(max_length=MOST)] = ()
     holes: Annotated[tuple[HoleSpec, ...], Field(max_length=MOST)] = ()
@@ -158,8 +160,8 @@ class BodySpec(Record):
 
 
 def _without_absent(content: dict[str, Any]) -> dict[str, Any]:
-    """Leave out lists of features that are empty, so that other scenes keep their hash."""
-    features = ("blades", "holes", "slots", "keyways", "flats", "cuts")
+    """Leave out features and joints that are not there, so that other scenes keep their hash."""
+    features = ("blades", "holes", "slots", "keyways", "flats", "cuts", "joints")
     return {key: value for key, value in content.items() if value or key not in features}
 
 

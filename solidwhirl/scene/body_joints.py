@@ -1,0 +1,27 @@
+"""Joints between the sections of a body of a scene."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
+
+from solidwhirl.core.fields import Finite, Name, NotNegative, Positive, Record
+
+
+class JointSpec(Record):
+    """A layer of springs on the common face of two sections."""
+
+    between: tuple[Name, Name]
+    stiffness_n_per_m3: tuple[Positive, NotNegative] | None = None
+    interference_m: Positive | None = None
+    pressure_pa: Positive | None = None
+    over_m: tuple[Finite, Finite] | None = None
+    temperature_difference_k: Finite = 0.0
+    expansion_per_k: NotNegative = 0.0
+    friction: Annotated[float, Field(ge=0, le=2, strict=True)] = 0.12
+    yield_pa: Positive | None = None
+
+    @model_serializer(mode="wrap")
+    def _lean(self, content: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        return {key: value for key, value in content(self).items() if value is not None}

@@ -1,0 +1,81 @@
+"""A hub that is shrunk on: its joint in the results and on the page, and refused scenes."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from solidwhirl.core.errors import UserError
+from solidwhirl.model.bodies import build_bodies
+from solidwhirl.model.effects import make_plan
+from solidwhirl.output.documents import results_document
+from solidwhirl.page.frame.records import Run
+from solidwhirl.page.run import joints as page_joints
+from solidwhirl.pipeline.run import run_scene
+from solidwhirl.scene_reading.reader import parse_scene
+
+
+def shrunk(level: str = "harmonic", **joint):
+    fit = {"between": ["shaft", "hub"], "interference_m": 40e-6} | joint
+    return parse_scene(
+        {
+            "name": "shrunk",
+            "model": {"level": level, "accuracy": 0.02, "order": 2, "size_m": 0.05, "modes": 4},
+            "speeds": {"to_rpm": 9000, "count": 2},
+            "bodies": {
+                "rotor": {
+                    "material": "steel",
+                    "sections": [
+                        {"name": "shaft", "start_m": 0.0, "end_m": 0.6, "outer_radius_m": 0.03},
+                        {"name": "hub", "start_m": 0.25, "end_m": 0.33, "inner_radius_m": 0.03,
+                         "outer_radius_m": 0.06},
+                    ],
+                    "interfaces": [{"name": "left", "kind": "section", "at_m": 0.05}],
+                    "joints": [fit],
+                }
+            },
+            "bearings": [{"name": "one", "first": "rotor.left", "stiffness_n_per_m": 1e8}],
+        }
+    )  # fmt: skip
+
+
+def test_a_joint_stands_in_the_results_and_on_the_page() -> None:
+    results = run_scene(shrunk(yield_pa=6e8))
+    document = results_document(results)
+    (found,) = document["bodies"]["rotor"]["joints"]
+    assert found["between"] == ["shaft", "hub"]
+    assert found["speed_rpm"][0] == 0.0
+    assert found["speed_rpm"][-1] == pytest.approx(9000.0)
+    assert found["mean_pressure_pa"][-1] < found["mean_pressure_pa"][0]
+    assert 9000.0 < found["lifts_at_rpm"] < found["loose_at_rpm"]
+    assert len(found["pressure_pa"][0]) == len(found["along_m"])
+    assert all(check["passed"] for check in document["invariants"])
+    section = page_joints.section(Run(results=results, document=document))
+    assert section is not None
+    table = section.blocks[0]
+    assert table.rows[0][0] == "rotor: hub on shaft"
+    assert len(table.rows) == 2
+
+
+def test_beams_say_that_they_are_bonded() -> None:
+    scene = shrunk("beam")
+    (effect,) = (e for e in make_plan(scene, build_bodies(scene)).effects if e.name == "joints")
+    assert not effect.on
+    assert "45 degrees" in effect.why
+
+
+def test_solids_refuse_joints() -> None:
+    with pytest.raises(UserError, match="joints at level 'solid' are not built"):
+        build_bodies(shrunk("solid"))
+
+
+def test_a_hub_that_yields_is_refused_by_its_body() -> None:
+    message = r"bodies\.rotor: at \S+ rpm section 'hub' yields .* yield_pa is 1e\+08"
+    with pytest.raises(UserError, match=message):
+        run_scene(shrunk(yield_pa=1e8))
+
+
+def test_sections_that_do_not_touch_are_refused_with_their_key() -> None:
+    with pytest.raises(UserError, match=re.escape("bodies.rotor: body 'rotor': joint between")):
+        build_bodies(shrunk(between=["shaft", "rim"]))

@@ -1,0 +1,280 @@
+"""Layers of springs between sections on the meridian, against closed forms and bonded bodies."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy.linalg
+import scipy.sparse as sp
+import scipy.sparse.linalg as sla
+from mpi4py import MPI
+
+from solidwhirl.geometry import Body, Joint, Material, Section
+from solidwhirl.meshing import MeshSize, mesh_meridian
+from solidwhirl.reduction import ReductionError, ReductionRequest
+from solidwhirl.reduction.body.reduced_order import reduce_order
+from solidwhirl.reduction.operators.joints.layers import layer_in, with_layer
+from solidwhirl.reduction.operators.matrices import OperatorEffects, build_operators
+from solidwhirl.reduction.residuals.residual_energy import lift_energy
+from solidwhirl.reduction.solvers.vectors import project
+
+E, RHO = 2.0e11, 7800.0
+STEEL = Material(name="own", density_kg_per_m3=RHO, youngs_modulus_pa=E, poissons_ratio=0.3)
+#: Without contraction a finite cylinder that spins is in Lamé's plane stress exactly.
+CORK = Material(name="cork", density_kg_per_m3=RHO, youngs_modulus_pa=E, poissons_ratio=0.0)
+BORE, SEAT, RIM, LENGTH = 0.02, 0.05, 0.12, 0.06
+FIT = Joint(between=("shaft", "hub"), interference_m=5e-5)
+
+
+def ring(name: str, start: float, end: float, inner: float, outer: float, matter=STEEL) -> Section:
+    return Section(
+        name=name,
+        start_m=start,
+        end_m=end,
+        inner_radius_m=(inner, inner),
+        outer_radius_m=(outer, outer),
+        material=matter,
+    )
+
+
+def fitted(joint: Joint | None, matter: Material = STEEL, beyond: float = 0.0) -> Body:
+    """A hub on a hollow shaft that is longer at both ends."""
+    parts = (
+        ("shaft", -beyond, LENGTH + beyond, BORE, SEAT),
+        ("hub", 0.0, LENGTH, SEAT, RIM),
+    )
+    return Body(
+        name="fit",
+        sections=tuple(ring(*part, matter) for part in parts),
+        joints=() if joint is None else (joint,),
+    )
+
+
+def operators(body: Body, order: int, *, size: float = 0.01, degree: int = 3, top: float = 500.0):
+    effects = OperatorEffects(
+        gyroscopic=True, centrifugal=True, components={}, maximum_speed_rad_s=top
+    )
+    mesh = mesh_meridian(body, MeshSize(size_m=size, corner_size_m=size))
+    return build_operators(body, mesh, MPI.COMM_SELF, order=order, degree=degree, effects=effects)
+
+
+def state_of(body: Body, **asked: float):
+    return operators(body, 0, **asked).joint_states[0]
+
+
+def sparse(matrix) -> sp.csr_matrix:
+    indptr, columns, values = matrix.getValuesCSR()
+    return sp.csr_matrix((values, columns, indptr), matrix.getSize())
+
+
+def elastic_hz(found, speed: float = 0.0) -> np.ndarray:
+    k, m = sparse(found.stiffness), sparse(found.mass)
+    k = k + speed**2 * (sparse(found.stress_stiffening) - sparse(found.spin_softening))
+    values = sla.eigsh(k + 1e6 * m, 8, m, sigma=0.0, return_eigenvectors=False) - 1e6
+    return np.sqrt(np.sort(values)[2:]) / (2.0 * np.pi)
+
+
+def lame_pressure(overlap: float) -> float:
+    """Of two cylinders of one material (Timoshenko, Strength of Materials II, art. 41)."""
+    a, b, c = BORE**2, SEAT**2, RIM**2
+    return E * overlap / SEAT * (c - b) * (b - a) / (2.0 * b * (c - a))
+
+
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_a_stiff_layer_is_bonded(order: int) -> None:
+    bonded = operators(fitted(None, beyond=0.05), order)
+    stiff = Joint(between=("shaft", "hub"), stiffness_n_per_m3=(1e19, 1e19))
+    found = operators(fitted(stiff, beyond=0.05), order)
+    for speed in (0.0, 500.0):
+        assert elastic_hz(found, speed) == pytest.approx(elastic_hz(bonded, speed), rel=1e-6)
+    pressed = operators(fitted(replace(FIT, interference_m=1e-8), beyond=0.05), order, top=0.0)
+    assert elastic_hz(pressed) == pytest.approx(elastic_hz(bonded), rel=1e-6)
+
+
+def test_a_soft_layer_softens() -> None:
+    stiff, soft = (
+        elastic_hz(
+            operators(
+                fitted(Joint(between=("shaft", "hub"), stiffness_n_per_m3=(k, k)), beyond=0.05), 1
+            )
+        )
+        for k in (1e15, 1e13)
+    )
+    assert (soft < 0.99 * stiff)[:2].all()
+
+
+def test_patch_of_a_pulled_stack() -> None:
+    """Uniform stress with a jump t/k on a plane face is a solution, to rounding."""
+    tension, springs = 1e6, (3e12, 1e12)
+    sections = (ring("one", 0.0, 0.1, BORE, SEAT), ring("two", 0.1, 0.25, BORE, SEAT))
+    body = Body(
+        name="stack",
+        sections=sections,
+        joints=(Joint(between=("one", "two"), stiffness_n_per_m3=springs),),
+    )
+    found = operators(body, 0)
+    x = found.space.tabulate_dof_coordinates()
+    cells = found.space.dofmap.list
+    cells = cells.array.reshape(-1, 10) if hasattr(cells, "array") else cells
+    above = np.zeros(len(x), dtype=bool)
+    above[cells[x[cells][:, :, 0].mean(axis=1) > 0.1]] = True
+    strain = tension / E
+    u = np.column_stack(
+        [-0.3 * strain * x[:, 1], 0.0 * x[:, 1], strain * x[:, 0] + above * tension / springs[0]]
+    ).ravel()
+    force = (sparse(found.stiffness) @ u).reshape(-1, 3)
+    inside = (x[:, 0] > 1e-9) & (x[:, 0] < 0.25 - 1e-9)
+    assert np.abs(force[inside]).max() < 1e-10 * np.abs(force).max()
+    area = np.pi * (SEAT**2 - BORE**2)
+    assert force[x[:, 0] > 0.249, 2].sum() == pytest.approx(tension * area, rel=1e-10)
+
+
+def coned(joint: Joint) -> Body:
+    """A hub on a conical seat."""
+    shaft = replace(ring("shaft", 0.0, LENGTH, BORE, SEAT), outer_radius_m=(0.04, 0.055))
+    hub = replace(ring("hub", 0.0, LENGTH, SEAT, RIM), inner_radius_m=(0.04, 0.055))
+    return Body(name="cone", sections=(shaft, hub), joints=(joint,))
+
+
+@pytest.mark.parametrize("made", [fitted, coned])
+def test_a_tilt_costs_no_force_at_speed(made) -> None:
+    """The traction of the layer turns with its face, else the two centrifugal effects differ."""
+    found = operators(made(Joint(between=("shaft", "hub"), stiffness_n_per_m3=(1e13, 3e12))), 1)
+    tilt = found.rigid_motions["ry"]
+    softening = sparse(found.spin_softening) @ tilt
+    left = sparse(found.stress_stiffening) @ tilt - softening
+    assert np.abs(left).max() < 1e-11 * np.abs(softening).max()
+
+
+def test_the_stress_of_a_fit_stiffens_and_costs_a_tilt_no_force() -> None:
+    """Its own geometric stiffness: in proportion to the fit, and none for a rigid tilt."""
+    stiffness = []
+    for overlap in (1e-5, 2e-5, 3e-5):
+        found = operators(fitted(replace(FIT, interference_m=overlap), beyond=0.05), 1, top=0.0)
+        k = sparse(found.stiffness)
+        assert np.abs(k @ found.rigid_motions["ry"]).max() < 1e-14 * np.abs(k).max()
+        stiffness.append(elastic_hz(found) ** 2)
+    first, second = np.diff(stiffness, axis=0)
+    assert second == pytest.approx(first, rel=1e-2)
+    assert (np.abs(first) > 1e-6 * stiffness[0]).any()
+
+
+def test_what_lifts_softens_as_estimated() -> None:
+    """The estimate of lifted faces against the modes with the springs of the largest speed."""
+    top = 4500.0 * np.pi / 30.0
+    wheel = Body(
+        name="wheel",
+        sections=(
+            ring("shaft", 0.0, 0.6, 0.0, 0.03),
+            ring("hub", 0.25, 0.33, 0.03, 0.06),
+            ring("disk", 0.28, 0.30, 0.06, 0.2),
+        ),
+        joints=(replace(FIT, interference_m=4e-6),),
+    )
+    found = operators(wheel, 1, size=0.02, top=top)
+    request = ReductionRequest(
+        level="harmonic", orders=(1,), components=(), degree=3, modes=8,
+        maximum_speed_rad_s=top, gyroscopic=True, centrifugal=True,
+    )  # fmt: skip
+    basis, _ = reduce_order(found, request, np.zeros((0, 3)))
+    lifted = lift_energy(found, basis, top)
+    n = basis.vectors.shape[1]
+    energy = top**4 * lifted.gram.reshape(4, n, 4, n)[3, :, 3]
+    k, m = (project(a, basis.vectors, found.comm) for a in (found.stiffness, found.mass))
+    values, vectors = scipy.linalg.eigh(k, m)
+    estimate = -0.5 * np.diag(vectors.T @ energy @ vectors)[2:4] / values[2:4]
+    before, springs = elastic_hz(found), found.ingredients.springs
+    tags = found.ingredients.facet_tags
+    at_rest, at_top = (
+        layer_in(found.space, tags, s) for s in (springs, [own.at_top for own in springs])
+    )
+    with_layer(
+        found.stiffness, at_rest.without(at_top).stiffness(found.ingredients.kinematics), -1.0
+    )
+    change = elastic_hz(found) / before - 1.0
+    assert (change[:2] < -1e-3).all()
+    assert estimate == pytest.approx(change[:2], rel=0.15)
+
+
+def test_lame_pressure_torque_and_loosening_speed() -> None:
+    found = state_of(fitted(FIT, CORK), size=0.006, degree=4)
+    pressure = lame_pressure(FIT.interference_m)
+    assert found.pressure_pa[0] == pytest.approx(pressure, rel=1e-6)
+    assert found.torque_n_m[0] == pytest.approx(
+        0.12 * pressure * 2.0 * np.pi * SEAT**2 * LENGTH, rel=1e-6
+    )
+    # bores of rotating disks: u = ρ Ω² b ((3 + ν) c² + (1 - ν) b²) / 4E and its like of the shaft
+    loose = np.sqrt(4.0 * E * 5e-5 / (RHO * SEAT * 3.0 * (RIM**2 - BORE**2)))
+    assert found.loose_at_rad_s == pytest.approx(loose, rel=1e-6)
+    assert found.mean_pressure_pa[-1] == pytest.approx(
+        pressure * (1.0 - (500.0 / loose) ** 2), rel=1e-6
+    )
+    hoop = pressure * (RIM**2 + SEAT**2) / (RIM**2 - SEAT**2)
+    mises = np.sqrt(hoop**2 + pressure**2 + hoop * pressure)
+    assert found.stress_pa[0, 1] == pytest.approx(mises, rel=1e-4)
+
+
+def test_temperature_takes_interference_away() -> None:
+    warm = replace(FIT, temperature_difference_k=40.0, expansion_per_k=12e-6)
+    found = state_of(fitted(warm), degree=4)
+    left = 5e-5 - 40.0 * 12e-6 * SEAT
+    assert found.interference_m == pytest.approx(left, rel=1e-12)
+    assert found.mean_pressure_pa[0] == pytest.approx(lame_pressure(left), rel=1e-5)
+
+
+def test_a_mean_pressure_is_met() -> None:
+    asked = Joint(between=("shaft", "hub"), pressure_pa=3e7, over_m=(0.01, 0.04))
+    found = state_of(fitted(asked, beyond=0.05))
+    assert found.mean_pressure_pa[0] == pytest.approx(3e7, rel=1e-9)
+    assert found.area_m2 == pytest.approx(2.0 * np.pi * SEAT * 0.03, rel=1e-12)
+
+
+def test_the_ends_of_a_long_hub_lift_first() -> None:
+    found = state_of(fitted(FIT), top=1490.0)
+    assert found.lifts_at_rad_s < 1490.0 < found.loose_at_rad_s
+    assert 0.0 < found.lifted_part[-1] < 1.0
+    assert (found.pressure_pa >= 0.0).all()
+    # between the speeds of first lift and of the loose hub the pressure is no line over Ω²
+    assert found.lifted_part[:-1].max() == 0.0
+
+
+def test_a_clamped_flange_keeps_the_force_of_its_bolts() -> None:
+    """Contraction of unlike rings redistributes the pressure; its resultant is the bolts'."""
+    parts = (("drum", 0.0, 0.05, 0.10, 0.14), ("disk", 0.05, 0.08, 0.03, 0.14))
+    body = Body(
+        name="flange",
+        sections=tuple(ring(*part) for part in parts),
+        joints=(Joint(between=("drum", "disk"), pressure_pa=2e8),),
+    )
+    found = state_of(body, top=800.0)
+    assert found.interference_m is None
+    assert found.pressure_pa[0] == pytest.approx(2e8, rel=1e-6)
+    assert found.mean_pressure_pa == pytest.approx(2e8, rel=1e-6)
+    assert np.ptp(found.pressure_pa[-1]) > 1e5
+
+
+@pytest.mark.parametrize(
+    ("joint", "top", "message"),
+    [
+        (replace(FIT, yield_pa=1.2e8), 100.0, r"section 'hub' yields .* von Mises stress 1\.5"),
+        (FIT, 1600.0, r"at 15278.9 rpm joint between 'shaft' and 'hub' is loose, from 1429"),
+        (replace(FIT, temperature_difference_k=200.0, expansion_per_k=12e-6), 0.0, "loose at rest"),
+    ],
+)
+def test_refused_fits(joint: Joint, top: float, message: str) -> None:
+    with pytest.raises(ReductionError, match=message):
+        operators(fitted(joint), 0, top=top)
+
+
+def test_pressed_faces_are_cylinders_or_planes() -> None:
+    with pytest.raises(ReductionError, match="neither a cylinder nor a plane"):
+        operators(coned(FIT), 0)
+    stack = Body(
+        name="stack",
+        sections=(ring("shaft", 0.0, 0.1, BORE, SEAT), ring("hub", 0.1, 0.2, BORE, SEAT)),
+        joints=(FIT,),
+    )
+    with pytest.raises(ReductionError, match=r"its face is a plane: give the pressure_pa"):
+        operators(stack, 0)
