@@ -13,7 +13,7 @@ import platform
 import subprocess
 import sys
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 for variable in ("OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):
@@ -168,7 +168,8 @@ def measure(engine: Engine) -> dict[str, float]:
     frequencies = np.linspace(0.0, 2.0 * TOP_RAD_S, WATERFALL[1])
     grid = np.linspace(0.0, TOP_RAD_S, WATERFALL[0])
     runs = {
-        "campbell": (lambda: campbell(system, speeds, branch_count=BRANCHES), SPEEDS),
+        # a copy, of which no modes are kept from the repeat before
+        "campbell": (lambda: campbell(replace(system), speeds, branch_count=BRANCHES), SPEEDS),
         "unbalance": (lambda: unbalance_response(system, [unbalance], speeds), SPEEDS),
         "map": (
             lambda: critical_speed_map(

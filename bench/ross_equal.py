@@ -119,7 +119,9 @@ def here() -> dict[str, object]:
     lowest = [rd.modes_at_speed(constant, v, BRANCHES).eigenvalues.imag for v in speeds]
     return {
         "coordinates": constant.size,
-        "campbell_s": shortest(lambda _: rd.campbell(constant, speeds, branch_count=12), SPEEDS),
+        "campbell_s": shortest(
+            lambda k: rd.campbell(constant, speeds + 0.1 * (k + 1), branch_count=12), SPEEDS
+        ),
         "map_s": shortest(
             lambda _: critical_speed_map(
                 filmed, named, stiffness, branch_count=4, speed_max_rad_s=2 * TOP_RAD_S

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import gc
 import os
 import time
 from functools import cache
@@ -45,6 +46,9 @@ _COMMANDS = {
     "doctor": _Place("doctor", "doctor"),
     "version": _Place("files", "version", "VERSION_EXAMPLES"),
 }
+# New objects before garbage is looked for: what is imported stays, and is far more than the number
+# that Python expects.
+_COLLECTED = 50_000
 _EXAMPLES = ("solidwhirl init rotor.toml", "solidwhirl run rotor.toml --out out/rotor")
 
 
@@ -139,6 +143,9 @@ def main() -> None:
     streams = lasting_streams()
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     os.environ["MPLBACKEND"] = "agg"  # pictures are files, whatever the user's own ones are
+    # none is used, and looking for some reads about every package that is installed
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+    gc.set_threshold(_COLLECTED)
     keep_petsc_from_signals()
     try:
         app(obj=time.perf_counter())  # what commands load counts as their time

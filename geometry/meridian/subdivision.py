@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from types import MappingProxyType
 
 from solidwhirl.geometry.materials import Material
@@ -68,6 +69,7 @@ class _Plan:
     joints: tuple[JointFace, ...]
 
 
+@lru_cache(maxsize=32)
 def subdivide(body: Body) -> Subdivision:
     """Return the conforming planar subdivision of a body's meridian.
 

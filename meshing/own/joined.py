@@ -10,28 +10,31 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.spatial import cKDTree
 
-from solidwhirl.geometry import Body, Feature, GeometryError, Interface, Subdivision, subdivide
-from solidwhirl.geometry.parts import PartLayout, faces_beside, layout_of
+from solidwhirl.geometry import Body
+from solidwhirl.geometry.parts import JOINT, layout_of, part_bodies
 from solidwhirl.meshing.own.features.sector import mesh_sector
 from solidwhirl.meshing.own.meridian import compact, mesh_meridian
 from solidwhirl.meshing.own.revolved import revolved, sectors_of, unfolded
 from solidwhirl.meshing.records import FloatArray, IntArray, Mesh, MeshSize, Parts
 from solidwhirl.rotordyn.core.arrays import BoolArray
 
-# Radial range of an interface on a cylinder, over its radius.
-_THIN = 1e-6
+# Pitches from the joints within which the drum is copied for the fields of one more order.
+_PITCHES = 2.0
 
 
 def mesh_joined(body: Body, size: MeshSize) -> Mesh:
     """Mesh the drum and one sector of every stage, with copies of the drum for further orders.
+
+    A further order is that of some stages, and copied for it is what of the drum is near to them.
 
     `body`: its symmetry is "staged". Returned: `Mesh.parts` says what is what; points (x, y, z)
     [m]. Raises GeometryError: see `layout_of`, or an interface on both drum and stage. Raises
     MeshingError: what meshing a part raises.
     """
     layout = layout_of(body)
-    bodies = _part_bodies(body, layout)
+    bodies = part_bodies(body, layout)
     pieces = len(layout.drum)
     meridians = [mesh_meridian(part, size) for part in bodies[:pieces]]
     count = max(sectors_of(meridian) for meridian in meridians)
@@ -40,12 +43,33 @@ def mesh_joined(body: Body, size: MeshSize) -> Mesh:
     if not all(mesh.sector is not None and mesh.sector.mirrored for mesh in meshes):
         meshes = [unfolded(m) if m.sector is not None and m.sector.mirrored else m for m in meshes]
     shifts: list[int | None] = [*[0] * pieces, *[None] * len(layout.stages)]
-    for stage in sorted(set(layout.counts)):
-        for shift in (stage, -stage):
-            meshes += [replace(mesh, interfaces=_joints(mesh)) for mesh in meshes[:pieces]]
-            shifts += [shift] * pieces
+    for count in sorted(set(layout.counts)):
+        # joints of the stages that have fields of this order: no other drum is reached by it
+        names = set[str]().union(
+            *(_joints(mesh) for mesh, n in zip(meshes[pieces:], layout.counts, strict=False)
+              if count % n == 0)
+        )  # fmt: skip
+        own = [(mesh, names & set(_joints(mesh))) for mesh in meshes[:pieces]]
+        copies = [_near(mesh, reached, count) for mesh, reached in own if reached]
+        for shift in (count, -count):
+            meshes += copies
+            shifts += [shift] * len(copies)
     edges = [m.points[rows[:, :2]] for m in meridians for rows in _joints(m).values()]
     return _merged(meshes, tuple(shifts), np.concatenate(edges))
+
+
+def _near(mesh: Mesh, names: set[str], count: int) -> Mesh:
+    """Copy a piece of the drum where fields of an order reach from some of its joints.
+
+    They fall by exp(-2 pi) from one pitch to the next. Cells further than that are left out.
+    """
+    on = np.unique(np.concatenate([mesh.interfaces[name].ravel() for name in names]))
+    z_r = np.column_stack([mesh.points[:, 2], np.hypot(mesh.points[:, 0], mesh.points[:, 1])])
+    away = cKDTree(z_r[on]).query(z_r)[0]
+    is_near = away <= _PITCHES * 2.0 * np.pi * z_r[on, 1].max() / count
+    kept = {n: rows[is_near[rows].all(axis=1)] for n, rows in _joints(mesh).items()}
+    interfaces = {n: rows for n, rows in kept.items() if len(rows)}
+    return _cells_of(replace(mesh, interfaces=interfaces), is_near[mesh.cells].any(axis=1))
 
 
 def own_parts(mesh: Mesh) -> tuple[Mesh, ...]:
@@ -84,71 +108,7 @@ def _cells_of(mesh: Mesh, chosen: BoolArray) -> Mesh:
 
 
 def _joints(mesh: Mesh) -> dict[str, IntArray]:
-    return {name: rows for name, rows in mesh.interfaces.items() if name.startswith(_JOINT)}
-
-
-_JOINT = "joint of parts "
-
-
-def _part_bodies(body: Body, layout: PartLayout) -> list[Body]:
-    """Drum and stages as bodies, with their joints and their own interfaces."""
-    whole = subdivide(body)
-    parts_of = [*layout.drum, *layout.stages]
-    part_of = {s.name: k for k, sections in enumerate(parts_of) for s in sections}
-    beside = faces_beside(whole)
-    parts = {
-        curve: sorted({part_of[whole.section_names[whole.faces[k].section]] for k in faces})
-        for curve, faces in beside.items()
-    }
-    interfaces: list[list[Interface]] = [[] for _ in parts_of]
-    for interface in body.interfaces:
-        own = sorted({p for c in whole.interfaces[interface.name] for p in parts[c]})
-        if len(own) > 1:
-            raise GeometryError(
-                f"interface {interface.name!r} touches a section that carries features and one "
-                "that does not; stages of different counts are joined there, so it has to keep to "
-                "one of them"
-            )
-        interfaces[own[0]].append(interface)
-    for number, curve in enumerate(c for c, own in parts.items() if len(own) > 1):
-        ends = whole.points[[whole.curves[curve].start, whole.curves[curve].end]]
-        for k in parts[curve]:
-            mine = [f for f in beside[curve] if part_of[_section(whole, f)] == k]
-            interfaces[k].append(_joint(number, ends, _lies_inside(whole, mine[0], ends)))
-    features: Sequence[tuple[Feature, ...]] = [*[()] * len(layout.drum), *layout.features]
-    return [
-        Body(name=body.name, sections=parts_of[k], interfaces=tuple(own), features=features[k])
-        for k, own in enumerate(interfaces)
-    ]
-
-
-def _section(subdivision: Subdivision, face: int) -> str:
-    return subdivision.section_names[subdivision.faces[face].section]
-
-
-def _lies_inside(subdivision: Subdivision, face: int, ends: FloatArray) -> bool:
-    """Whether a face lies nearer to the axis than an edge of it."""
-    curves = [subdivision.curves[c] for c, _ in subdivision.faces[face].loop]
-    centre = subdivision.points[[c.start for c in curves]].mean(axis=0)
-    (z0, r0), (z1, r1) = ends
-    if z0 == z1:
-        return False
-    return bool(centre[1] < r0 + (r1 - r0) * (centre[0] - z0) / (z1 - z0))
-
-
-def _joint(number: int, ends: FloatArray, is_outer: bool) -> Interface:
-    """Interface on an edge between parts; rigid ones have their ends graded, as joints need it."""
-    z, r = np.sort(ends, axis=0).T
-    plane = z[0] == z[1]
-    span = (float(r[0]), float(r[1])) if r[0] < r[1] else (r[0] * (1 - _THIN), r[1] * (1 + _THIN))
-    return Interface(
-        name=f"{_JOINT}{number}",
-        kind="face" if plane else ("outer" if is_outer else "inner"),
-        coupling="rigid",
-        start_m=float(z[0]),
-        end_m=float(z[1]),
-        radius_m=span,
-    )
+    return {name: rows for name, rows in mesh.interfaces.items() if name.startswith(JOINT)}
 
 
 def _merged(meshes: Sequence[Mesh], shifts: tuple[int | None, ...], edges: FloatArray) -> Mesh:

@@ -33,11 +33,17 @@ from solidwhirl.geometry import (
     symmetry,
 )
 from solidwhirl.geometry.feature_shapes import bottom_distance, hole_range, largest_radius
-from solidwhirl.geometry.features import FEWEST
-from solidwhirl.meshing.own.drawing import face_bounds, face_edges, graded_places
-from solidwhirl.meshing.own.features.sizes import AROUND, edge_at_hole
+from solidwhirl.geometry.parts import layout_of, part_bodies
+from solidwhirl.meshing.own.grading import (
+    AROUND,
+    edge_at_hole,
+    face_bounds,
+    face_edges,
+    graded_places,
+)
 from solidwhirl.meshing.own.quality import doubled_areas
 from solidwhirl.meshing.records import FloatArray, IntArray, LocalSize, MeshSize
+from solidwhirl.rotordyn.core.arrays import BoolArray
 
 # Equilateral triangle and regular tetrahedron of edge 1.
 _TRIANGLE, _TETRAHEDRON = np.sqrt(3.0) / 4.0, np.sqrt(2.0) / 12.0
@@ -114,14 +120,16 @@ class PredictedMesh:
 def predict_mesh(body: Body, size: MeshSize, kind: MeshKind) -> PredictedMesh:
     """Predict the numbers of a mesh: a meridian, revolved or not, within a factor 1.5.
 
-    `kind`: "solid" is a sector of a body whose features have one, else the whole. Raises
-    GeometryError: an invalid body.
+    `kind`: "solid" is a sector of a body whose features have one, sectors of drum and stages that
+    have unlike ones, else the whole. Raises GeometryError: an invalid body.
 
     Where a section is thinner than its elements are long, the edges (triangles) of its outline
     count instead. Vertices, edges and facets are related by Euler's formula.
     """
     if kind == "revolved":
         return predict_revolved(predict_mesh(body, size, "harmonic"))
+    if kind == "solid" and symmetry(body) == "staged":
+        return _joined(body, size)
     subdivision = merge_fillets(subdivide(body))
     places = np.array(graded_places(body, subdivision, size)).reshape(-1, 3)
     bounds = face_bounds(body, subdivision, size, 3 if kind == "solid" else 2)
@@ -145,6 +153,29 @@ def predict_revolved(meridian: PredictedMesh) -> PredictedMesh:
         graded_places=meridian.graded_places,
         cut_face=meridian,
     )
+
+
+def _joined(body: Body, size: MeshSize) -> PredictedMesh:
+    """Numbers of the drum, revolved by a sector, and of one sector of every stage, together.
+
+    What of the drum is copied for estimates is left out.
+    """
+    parts = part_bodies(body, layout_of(body))
+    halves = [not part.features or mirror_angle(part) is not None for part in parts]
+    found = [predict_mesh(p, size, "solid" if p.features else "revolved") for p in parts]
+    if not all(halves):
+        found = [m.times(2.0) if half else m for m, half in zip(found, halves, strict=True)]
+    faces = [mesh.cut_face for mesh in found if mesh.cut_face is not None]
+    return replace(_together(found), cut_face=_together(faces))
+
+
+def _together(meshes: Sequence[PredictedMesh]) -> PredictedMesh:
+    """Numbers of meshes that have nothing in common."""
+    total = {
+        key: sum(getattr(mesh, key) for mesh in meshes)
+        for key in ("cells", "vertices", "edges", "facets", "graded_places")
+    }
+    return PredictedMesh(dimension=meshes[0].dimension, **total)
 
 
 def predict_refined(local: LocalSize, *, whole: bool = False) -> PredictedMesh:
@@ -263,11 +294,9 @@ def _meridian(
     densities: list[_Density] = [lambda x, h: 1.0 / h] * len(subdivision.curves)
     edges = _along_curves(subdivision, places, growth, bounds, densities)
     edges = np.maximum(edges, 1.0)
-    for face, bound in zip(subdivision.faces, bounds, strict=True):
+    own = _over_faces(subdivision, places, growth, bounds, lambda x, h: 1.0 / (_TRIANGLE * h**2))
+    for face, inside in zip(subdivision.faces, own.tolist(), strict=True):
         outline = sum(edges[c] for c, _ in face.loop)
-        size = _ElementSize(places=places, growth=growth, bound=bound)
-        p, _ = face_edges(subdivision, face)
-        inside = _over_polygon(p, size, lambda x, h: 1.0 / (_TRIANGLE * h**2))
         cells += max(inside, _STRIP * outline - 2.0, 1.0)
     rim = sum(edges[c] for c in (*subdivision.boundary, *subdivision.axis))
     lines = 0.5 * (3.0 * cells + rim)
@@ -303,11 +332,10 @@ def _solid(
         most = 2.0 * np.pi * x[:, 1] / AROUND
         return around(x, np.minimum(h, np.maximum(most, 0.1 * size.corner_size_m)))
 
-    regular = 0.0
-    for face, bound in zip(subdivision.faces, bounds, strict=True):
-        graded = _ElementSize(places=places, growth=size.growth, bound=bound)
-        p, _ = face_edges(subdivision, face)
-        regular += _over_polygon(p, graded, lambda x, h: width * x[:, 1] / (_TETRAHEDRON * h**3))
+    def filled(x: FloatArray, h: FloatArray) -> FloatArray:
+        return np.asarray(width * x[:, 1] / (_TETRAHEDRON * h**3))
+
+    regular = float(_over_faces(subdivision, places, size.growth, bounds, filled).sum())
     z, curves = subdivision.points[:, 0], subdivision.curves
     outer = subdivision.boundary if body.features else ()
     curved = {c for c in outer if z[curves[c].start] != z[curves[c].end]}
@@ -327,8 +355,6 @@ def _share_of_circle(body: Body) -> float:
     if _parts_of_whole(body):
         return 1.0
     count = sector_count(body.features)
-    if count < FEWEST:  # stages that are computed apart: each is about as large as the largest
-        return 1.0 / min(f.count for f in body.features)
     return (0.5 if mirror_angle(body) is not None else 1.0) / count
 
 
@@ -400,66 +426,64 @@ def _of_recess(recess: Recess, section: Section, size: MeshSize) -> float:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _ElementSize:
-    """The element size h(z, r) on one face or curve."""
+    """The element size h(z, r) on faces or curves."""
 
-    places: FloatArray
+    places: FloatArray  #: (p, 3) z, r and the size there
     growth: float
-    bound: float | FloatArray  #: Of all points, or of each
+    bounds: FloatArray  #: (f,) of every face or curve
+    counts: BoolArray  #: (f, p) whether a place is near enough to matter
 
-    def near(self, corners: FloatArray) -> _ElementSize:
-        """With only the places that matter in the bounding box of the points (n, 2)."""
-        low, high = corners.min(axis=0), corners.max(axis=0)
-        outside = np.maximum(np.maximum(low - self.places[:, :2], self.places[:, :2] - high), 0.0)
-        least = (self.places[:, 2] + self.growth * np.hypot(*outside.T)) / self._steeper
-        return replace(self, places=self.places[least < self.bound])
+    @staticmethod
+    def on(
+        corners: Sequence[FloatArray], places: FloatArray, growth: float, bounds: list[float]
+    ) -> _ElementSize:
+        """Sizes within the bounding boxes of the corners (n, 2) of faces or curves."""
+        low, high = (np.array([end(c, axis=0) for c in corners]) for end in (np.min, np.max))
+        at = places[None, :, :2]
+        outside = np.maximum(np.maximum(low[:, None] - at, at - high[:, None]), 0.0)
+        away = np.hypot(outside[..., 0], outside[..., 1])
+        least = (places[:, 2] + growth * away) / (1.0 + _STEEPER * growth)
+        largest = np.array(bounds)
+        return _ElementSize(
+            places=places, growth=growth, bounds=largest, counts=least < largest[:, None]
+        )
 
-    @property
-    def _steeper(self) -> float:
-        return 1.0 + _STEEPER * self.growth
-
-    def graded(self, x: FloatArray) -> FloatArray:
-        """Without the bound, (n,) from (n, 2)."""
+    def graded(self, x: FloatArray, owner: IntArray) -> FloatArray:
+        """Without the bound, at points (n, 2) of faces or curves by their numbers (n,)."""
         out = np.full(len(x), np.inf)
-        for z, r, h in self.places:
-            np.minimum(out, h + self.growth * np.hypot(x[:, 0] - z, x[:, 1] - r), out=out)
-        return np.asarray(out / self._steeper)
+        for (z, r, h), counts in zip(self.places.tolist(), self.counts.T, strict=True):
+            near = np.flatnonzero(counts[owner])
+            if len(near):
+                away = np.hypot(x[near, 0] - z, x[near, 1] - r)
+                out[near] = np.minimum(out[near], h + self.growth * away)
+        return np.asarray(out / (1.0 + _STEEPER * self.growth))
 
 
-def _over_polygon(corners: FloatArray, size: _ElementSize, density: _Density) -> float:
-    """Integral of density(x, h(x)) over a polygon, by triangles from its first corner."""
-    fan = np.array([[corners[0], corners[k], corners[k + 1]] for k in range(1, len(corners) - 1)])
-    size = size.near(corners)
-    cross = doubled_areas(fan)
-    fan = fan[cross != 0.0]
-    sign = np.sign(cross[cross != 0.0])
-    total = 0.0
-    for _ in range(_DIVISIONS):
-        if not len(fan):
-            return abs(total)
-        done, h = _small_enough(fan, size)
-        area = 0.5 * np.abs(doubled_areas(fan[done]))
-        total += float(np.sum(sign[done] * area * density(fan[done].mean(axis=1), h[done])))
-        fan, sign = _quartered(fan[~done]), np.repeat(sign[~done], 4)
-    return abs(total)
+def _over_faces(
+    subdivision: Subdivision,
+    places: FloatArray,
+    growth: float,
+    bounds: list[float],
+    density: _Density,
+) -> FloatArray:
+    """Integral of density(x, h(x)) over every face, by triangles from its first corner."""
+    corners = [face_edges(subdivision, face)[0] for face in subdivision.faces]
+    size = _ElementSize.on(corners, places, growth, bounds)
+    fan = np.concatenate(
+        [np.stack([np.broadcast_to(p[0], p[2:].shape), p[1:-1], p[2:]], axis=1) for p in corners]
+    )
+    owner = np.repeat(np.arange(len(corners)), [len(p) - 2 for p in corners])
+    flat = doubled_areas(fan) == 0.0
+    fan, owner = fan[~flat], owner[~flat]
+    return np.abs(_added_up((fan, owner), size, density, _quartered))
 
 
 def _quartered(triangles: FloatArray) -> FloatArray:
-    """Four triangles of every one, by the middles of its edges."""
+    """Four triangles of every one, by the middles of its edges, (4, n, 3, 2)."""
     a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
     ab, bc, ca = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)
     parts = ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))
-    return np.asarray(np.stack([np.stack(p, axis=1) for p in parts], axis=1).reshape(-1, 3, 2))
-
-
-def _small_enough(
-    pieces: FloatArray, size: _ElementSize
-) -> tuple[np.ndarray[tuple[int], np.dtype[np.bool_]], FloatArray]:
-    """Whether h hardly changes on pieces (n, corners, 2), and h at their middles."""
-    length = np.linalg.norm(pieces - np.roll(pieces, 1, axis=1), axis=2).max(axis=1)
-    graded = size.graded(pieces.mean(axis=1))
-    change = size.growth * length
-    done = (change <= _CHANGE * graded) | (graded - change >= size.bound)
-    return done, np.minimum(graded, size.bound)
+    return np.stack([np.stack(part, axis=1) for part in parts])
 
 
 def _along_curves(
@@ -469,38 +493,58 @@ def _along_curves(
     bounds: list[float],
     densities: Sequence[_Density],
 ) -> FloatArray:
-    """Integral of a density(x, h(x)) along every curve; h is that of the finer face beside it."""
+    """Integral of a density(x, h(x)) along every curve (arcs: chords).
+
+    h is that of the finer face beside it.
+    """
     largest = np.full(len(subdivision.curves), np.inf)
     for face, bound in zip(subdivision.faces, bounds, strict=True):
         loop: IntArray = np.array([c for c, _ in face.loop])
         largest[loop] = np.minimum(largest[loop], bound)
+    lines = subdivision.points[np.array([(c.start, c.end) for c in subdivision.curves])]
+    size = _ElementSize.on(lines, places, growth, largest.tolist())
     found = np.zeros(len(largest))
     for density in dict.fromkeys(densities):
         own = np.array([c for c, other in enumerate(densities) if other is density])
-        ends = [(subdivision.curves[c].start, subdivision.curves[c].end) for c in own]
-        pieces = subdivision.points[np.array(ends)]
-        found[own] = _over_pieces(pieces, largest[own], (places, growth), density)
+        found += _added_up((lines[own], own), size, density, _halved)
     return found
 
 
-def _over_pieces(
-    pieces: FloatArray, bounds: FloatArray, graded: tuple[FloatArray, float], density: _Density
-) -> FloatArray:
-    """Integral of density(x, h(x)) along lines (n, 2, 2), each with its bound of h (arcs: chords).
+def _halved(lines: FloatArray) -> FloatArray:
+    """Two lines of every one, (2, n, 2, 2)."""
+    a, b = lines[:, 0], lines[:, 1]
+    middle = 0.5 * (a + b)
+    return np.stack([np.stack([a, middle], axis=1), np.stack([middle, b], axis=1)])
 
-    `graded`: places with their sizes, and the growth of sizes away from them.
+
+def _added_up(
+    pieces: tuple[FloatArray, IntArray],
+    size: _ElementSize,
+    density: _Density,
+    divided: Callable[[FloatArray], FloatArray],
+) -> FloatArray:
+    """Integral of density(x, h(x)) over every face or curve, in pieces on which h hardly changes.
+
+    `pieces`: corners (n, c, 2) and the numbers (n,) of the faces or curves that they are of;
+    `divided`: makes k equal pieces of every one, half as long, (k, n, c, 2).
     """
-    total, owner = np.zeros(len(pieces)), np.arange(len(pieces))
+    corners, owner = pieces
+    total = np.zeros(len(size.bounds))
+    sides = corners - np.roll(corners, 1, axis=1)
+    length = np.hypot(sides[..., 0], sides[..., 1]).max(axis=1)
+    measure = 0.5 * doubled_areas(corners) if corners.shape[1] == 3 else length
     for _ in range(_DIVISIONS):
-        if not len(pieces):
+        if not len(corners):
             break
-        size = _ElementSize(places=graded[0], growth=graded[1], bound=bounds[owner])
-        done, h = _small_enough(pieces, size)
-        kept = pieces[done]
-        length = np.linalg.norm(kept[:, 1] - kept[:, 0], axis=1)
-        np.add.at(total, owner[done], length * density(kept.mean(axis=1), h[done]))
-        a, b = pieces[~done, 0], pieces[~done, 1]
-        middle = 0.5 * (a + b)
-        pieces = np.concatenate([np.stack([a, middle], axis=1), np.stack([middle, b], axis=1)])
-        owner = np.tile(owner[~done], 2)
+        middle, bound = corners.sum(axis=1) / corners.shape[1], size.bounds[owner]
+        graded, change = size.graded(middle, owner), size.growth * length
+        done = (change <= _CHANGE * graded) | (graded - change >= bound)
+        found = measure[done] * density(middle[done], np.minimum(graded, bound)[done])
+        total += np.bincount(owner[done], found, minlength=len(total))
+        left = np.flatnonzero(~done)
+        parts = divided(corners[left])
+        corners = parts.reshape(-1, *corners.shape[1:])
+        owner, length, measure = (
+            np.tile(v[left], len(parts)) for v in (owner, 0.5 * length, measure / len(parts))
+        )
     return total

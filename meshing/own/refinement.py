@@ -8,7 +8,7 @@ import numpy as np
 
 from solidwhirl.geometry import Body, merge_fillets, subdivide
 from solidwhirl.meshing.errors import MeshingError
-from solidwhirl.meshing.own.drawing import graded_places
+from solidwhirl.meshing.own.grading import graded_places
 from solidwhirl.meshing.own.quality import doubled_areas
 from solidwhirl.meshing.records import FloatArray, IntArray, LocalSize, MeshSize
 from solidwhirl.rotordyn.core.arrays import BoolArray

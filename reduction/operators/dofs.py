@@ -231,9 +231,9 @@ def _with_masters(
         assert kin.cyclic is not None
         degree, is_real = compat.polynomial_degree(space), not kin.cyclic.has_two_parts
         field = joint_field(kin.joined, degree, is_real=is_real)
-        rows, columns, factors = joint_entries(space, kin.joined, field, kin.cyclic.index)
+        entries = joint_entries(space, kin.joined, field, kin.cyclic.index)
+        rows, columns, factors, amplitudes = entries
         parts.append((rows, total + columns, factors))
-        amplitudes = len(kin.joined.orders) * field.count
     for k, interface in enumerate(rigid):
         values = motion_vectors(space, kin, node_of(interface))
         rows = np.flatnonzero(np.repeat(owner == k, 3))

@@ -173,10 +173,11 @@ def joint_field(joined: JoinedParts, degree: int, *, is_real: bool) -> JointFiel
 
 def joint_entries(
     space: Any, joined: JoinedParts, field: JointField, index: int
-) -> tuple[IntArray, IntArray, ComplexArray]:
-    """Rows, columns and factors of the nodes on joints; columns count amplitudes of all orders.
+) -> tuple[IntArray, IntArray, ComplexArray, int]:
+    """Rows, columns and factors of the nodes on joints, and the number of columns.
 
-    `index`: cyclic index of the whole.
+    Columns are the amplitudes of order 0, then those of the other orders that any part has, as a
+    copy need not be of the whole drum. `index`: cyclic index of the whole.
     """
     x = space.tabulate_dof_coordinates()[: space.dofmap.index_map.size_local]
     on_joint, parts = joined.joint_nodes(space), joined.node_parts(space)
@@ -200,7 +201,15 @@ def joint_entries(
         column = 3 * place[:, :, None, None] + np.arange(3)[:, None] + k * field.count
         columns.append(np.broadcast_to(column, shape).ravel())
         factors.append(value.ravel())
-    return np.concatenate(rows), np.concatenate(columns), np.concatenate(factors)
+    row, column, factor = (np.concatenate(part) for part in (rows, columns, factors))
+    had = np.zeros(len(joined.orders) * field.count, dtype=np.int64)
+    had[: field.count] = 1
+    # an end of an edge has rounding of its other places, where no part may be
+    had[column[np.abs(factor) > _NEAR]] = 1
+    had = space.mesh.comm.allreduce(had) > 0
+    there = had[column]
+    row, column, factor = row[there], column[there], factor[there]
+    return row, (np.cumsum(had) - 1)[column], factor, int(np.sum(had))
 
 
 def _follows(joined: JoinedParts, part: int, shift: int) -> bool:

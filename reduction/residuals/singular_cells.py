@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from solidwhirl.meshing.imported.records import AnyInterface
-from solidwhirl.meshing.own.drawing import chain_ends
+from solidwhirl.meshing.own.grading import chain_ends
 from solidwhirl.reduction.operators import compat
 from solidwhirl.reduction.operators.cyclic import CyclicIndex
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, IntArray

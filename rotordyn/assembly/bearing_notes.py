@@ -117,9 +117,9 @@ def bearing_notes(
     pieces = {joint.bearing: joint.pieces for joint in assembled.law_joints}
     notes: list[BearingNote] = []
     for bearing in assembled.system.bearings:
-        looked = _with_turns(sampled, pieces.get(bearing.name))
+        own = pieces.get(bearing.name)
         found = [*_range_findings(assembled, bearing, sampled)]
-        found += _sign_findings(assembled, bearing, looked)
+        found += _sign_findings(assembled, bearing, own, _with_turns(sampled, own))
         found += _sense_findings(assembled, bearing, sampled)
         for kind, first, last, text in found:
             notes.append(
@@ -227,14 +227,19 @@ def _range_findings(
 
 
 def _sign_findings(
-    assembled: AssembledSystem, bearing: Bearing, speeds: FloatArray
+    assembled: AssembledSystem, bearing: Bearing, pieces: LawPieces | None, speeds: FloatArray
 ) -> Iterator[_Finding]:
     if bearing.speed_law is not None and magnetic_bearing(bearing.speed_law) is not None:
         return  # a controller has its signs at each frequency: stability tells
     for part, kind, unit in ((1, "negative damping", "N s/m"), (0, "negative stiffness", "N/m")):
 
-        def lowest(speed: float, part: int = part) -> float:
-            return _lowest_eigenvalue(coefficients_at_speed(assembled, bearing, speed)[part])
+        def lowest(speeds: FloatArray, part: int = part) -> FloatArray:
+            if pieces is not None:
+                return _lowest_eigenvalues(pieces.along(speeds)[part][:, :2, :2])
+            if bearing.speed_law is None:
+                speeds = speeds[:1]
+            found = [coefficients_at_speed(assembled, bearing, float(s))[part] for s in speeds]
+            return _lowest_eigenvalues(np.array(found))
 
         law = "" if bearing.speed_law is None else f" by law {bearing.speed_law.name!r}"
         for low, high, value, at in _negative_intervals(lowest, speeds):
@@ -242,19 +247,26 @@ def _sign_findings(
             yield kind, low, high, text
 
 
-def _lowest_eigenvalue(matrix: FloatArray) -> float:
-    """Return the smaller eigenvalue of the symmetric part, 0 if it is a rounded zero."""
-    (xx, xy), (yx, yy) = matrix.tolist()
-    value = 0.5 * (xx + yy - float(np.hypot(xx - yy, xy + yx)))
-    limit = _ROUNDED_ZERO * max(abs(xx), abs(xy), abs(yx), abs(yy))
-    return 0.0 if abs(value) <= limit else value
+def _lowest_eigenvalues(matrices: FloatArray) -> FloatArray:
+    """Return the smaller eigenvalue of the symmetric part of each, 0 if it is a rounded zero."""
+    (xx, xy), (yx, yy) = np.moveaxis(matrices, 0, -1)
+    values = 0.5 * (xx + yy - np.hypot(xx - yy, xy + yx))
+    limits = _ROUNDED_ZERO * np.abs(matrices).max(axis=(1, 2))
+    return np.asarray(np.where(np.abs(values) <= limits, 0.0, values))
 
 
 def _negative_intervals(
-    measure: Callable[[float], float], speeds: FloatArray
+    lowest: Callable[[FloatArray], FloatArray], speeds: FloatArray
 ) -> list[tuple[float, float, float, float]]:
-    """Return where a function of the speed is negative, its lowest value there, and where."""
-    values = [measure(float(speed)) for speed in speeds]
+    """Return where a function of the speed is negative, its lowest value there, and where.
+
+    `lowest`: of speeds of shape (s,), shape (s,), or (1,) of one that is constant.
+    """
+
+    def measure(speed: float) -> float:
+        return float(lowest(np.array([speed]))[0])
+
+    values = np.broadcast_to(lowest(speeds), speeds.shape).tolist()
     points = list(zip(speeds.tolist(), values, strict=True))
     for i in range(1, len(values) - 1):
         # A dip between samples: the minimum is at or beside a sample that is not negative.
@@ -276,8 +288,8 @@ def _negative_intervals(
             low = _end(measure, points[start][0], points[start - 1][0])
         if stop + 1 < len(points):
             high = _end(measure, points[stop][0], points[stop + 1][0])
-        lowest = min((points[i][1], points[i][0]) for i in inside)
-        intervals.append((low, high, *lowest))
+        deepest = min((points[i][1], points[i][0]) for i in inside)
+        intervals.append((low, high, *deepest))
     return intervals
 
 

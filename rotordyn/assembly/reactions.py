@@ -7,6 +7,7 @@ bodies miss at the coordinates that they join.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -94,22 +95,15 @@ def joint_forces(
         teeth = tooth_motion(assembled, gear)
         gears[gear.name] = (gear.mesh_stiffness_n_per_m or 0.0) * (motion.displacement @ teeth)
         gears[gear.name] += gear.mesh_damping_n_s_per_m * (motion.velocity @ teeth)
-    every = Rows(system, assembled.body_slices, np.eye(assembled.transformation.shape[0]))
-    joints = _exact_joints(assembled, every)
+    joints, shares = _shares(assembled)
     if joints:
-        rows = np.array([joint.row for joint in joints])
-        touched = rows.any(axis=0)
-        seen = [k for k, joint in enumerate(joints) if joint.component != _WITHIN]
-        # what is missing at all coordinates, times these, are the forces of the joints
-        shares = np.zeros((len(seen), touched.size))
-        shares[:, touched] = -_inverse(joints, rows[:, touched])[seen]
+        every = _every_row(assembled)
         solution = _body_forces(assembled, shares, motion, loads)
         for bearing in system.bearings:
             solution += bearings[bearing.name] @ (joint_motion(every, bearing) @ shares.T)
         for gear in system.gears:
             solution += np.multiply.outer(gears[gear.name], shares @ tooth_motion(every, gear))
-        for k, force in zip(seen, solution.T, strict=True):
-            joint = joints[k]
+        for joint, force in zip(joints, solution.T, strict=True):
             if joint.component == _TEETH:
                 gears[joint.name] = gears[joint.name] + force
             else:
@@ -162,9 +156,33 @@ def _flexible_force(assembled: AssembledSystem, bearing: Bearing, motion: _Motio
     return np.asarray(force)
 
 
-def _exact_joints(assembled: AssembledSystem, every: Rows) -> list[_ExactJoint]:
+def _every_row(assembled: AssembledSystem) -> Rows:
+    """Return the coordinates of all bodies by themselves."""
+    return Rows(assembled.system, assembled.body_slices, np.eye(len(assembled.transformation)))
+
+
+# a system is a record that never changes; a run-up asks many times
+@lru_cache(maxsize=8)
+def _shares(assembled: AssembledSystem) -> tuple[list[_ExactJoint], FloatArray]:
+    """Return the k exact joints that transmit forces, and what makes these, shape (k, N).
+
+    What the equations of the bodies miss at all coordinates, times that, are the forces.
+    """
+    joints = _exact_joints(assembled)
+    rows = np.array([joint.row for joint in joints]).reshape(
+        len(joints), len(assembled.transformation)
+    )
+    touched = rows.any(axis=0)
+    seen = [k for k, joint in enumerate(joints) if joint.component != _WITHIN]
+    shares = np.zeros((len(seen), touched.size))
+    if joints:
+        shares[:, touched] = -_inverse(joints, rows[:, touched])[seen]
+    return [joints[k] for k in seen], shares
+
+
+def _exact_joints(assembled: AssembledSystem) -> list[_ExactJoint]:
     """Return the eliminated motions as rows over the coordinates of all bodies."""
-    joints = []
+    joints, every = [], _every_row(assembled)
     for bearing in (b for b in assembled.system.bearings if b.rigid):
         rows = joint_motion(every, bearing)
         places = [MOTIONS.index(c) for c in MOTIONS if c in bearing.rigid]

@@ -188,19 +188,30 @@ class AssembledSystem(ReadOnlyArrays):
     @property
     def has_symmetric_joints(self) -> bool:
         """Whether the stiffness of every bearing is symmetric at all speeds, by its data."""
-        own = (bearing.matrices()[0] for bearing in self.system.bearings)
-        laws = (joint.pieces for joint in self.law_joints)
-        return all(np.array_equal(k, k.T) for k in own) and all(
-            pieces is not None and pieces.has_symmetric_stiffness for pieces in laws
-        )
+        return _has_symmetric_joints(self)
 
     @property
     def is_conservative(self) -> bool:
         """Whether there is no damping at any speed and K is symmetric."""
-        still = not self.damping.any() and not self.circulatory_stiffness.any()
-        undamped = all(j.pieces is not None and j.pieces.is_undamped for j in self.law_joints)
-        symmetric = self.has_symmetric_joints and np.array_equal(self.stiffness, self.stiffness.T)
-        return still and undamped and symmetric
+        return _is_conservative(self)
+
+
+# A system is a record that never changes, and every eigenproblem of it asks.
+@lru_cache(maxsize=16)
+def _has_symmetric_joints(assembled: AssembledSystem) -> bool:
+    own = (bearing.matrices()[0] for bearing in assembled.system.bearings)
+    laws = (joint.pieces for joint in assembled.law_joints)
+    return all(np.array_equal(k, k.T) for k in own) and all(
+        pieces is not None and pieces.has_symmetric_stiffness for pieces in laws
+    )
+
+
+@lru_cache(maxsize=16)
+def _is_conservative(assembled: AssembledSystem) -> bool:
+    still = not assembled.damping.any() and not assembled.circulatory_stiffness.any()
+    undamped = all(j.pieces is not None and j.pieces.is_undamped for j in assembled.law_joints)
+    symmetric = np.array_equal(assembled.stiffness, assembled.stiffness.T)
+    return still and undamped and symmetric and assembled.has_symmetric_joints
 
 
 def assemble(

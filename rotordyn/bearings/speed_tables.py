@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-import scipy
 
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
@@ -46,6 +45,8 @@ def tabulate(
         raise AnalysisError(
             f"speeds from {lowest_rad_s:g} to {highest_rad_s:g} rad/s; needed is 0 <= low < high"
         )
+    from scipy.interpolate import PchipInterpolator  # tables that are given need none
+
     speeds = np.linspace(lowest_rad_s, highest_rad_s, _FIRST)
     if lowest_rad_s > 0:
         speeds = np.geomspace(lowest_rad_s, highest_rad_s, _FIRST)
@@ -63,9 +64,7 @@ def tabulate(
         for share in (0.25, 0.5, 0.75):
             between = speeds[:-1] + share * np.diff(speeds)
             exact = at(between)
-            miss = np.abs(scipy.interpolate.PchipInterpolator(speeds, rows)(between) - exact).max(
-                axis=(2, 3)
-            )
+            miss = np.abs(PchipInterpolator(speeds, rows)(between) - exact).max(axis=(2, 3))
             size = np.abs(exact).max(axis=(2, 3))
             good &= (miss <= _SAFETY * tolerance * size).all(axis=1)
         if good.all():

@@ -217,8 +217,8 @@ def _order(at_speeds: list[Tracked], rest: int, after: int) -> IntArray:
 
 
 # A crossing is placed when it moves by less than this part of its step, by a polynomial through so
-# many places at most.
-_PLACED, _MOST_PLACES = 1e-3, 8
+# many places at most; at first through as many as this on either side.
+_PLACED, _MOST_PLACES, _AROUND = 1e-4, 10, 2
 # A veering is sought where two branches come closer than this fraction of their frequency,
 _CLOSE = 0.3
 # between places where they are this many times farther apart than at the closest point.
@@ -400,7 +400,7 @@ def _meeting_notes(
         for left, right in pairwise(apart):
             if gap[left] * gap[right] < 0:
                 ends = [_pair(at_speeds[k], first, second) for k in (left, right)]
-                around = slice(max(0, left - 1), right + 2)
+                around = slice(max(0, left - _AROUND), right + 1 + _AROUND)
                 speed = _meeting_speed(assembled, speeds[around], gap[around], ends)
                 text = f"branches {first + 1} and {second + 1} cross near {speed:.6g} rad/s"
                 yield TrackingNote(
@@ -423,16 +423,24 @@ def _meeting_speed(
     """Return where the distance of two branches is zero between two places.
 
     `speeds`, `gap`: places around and distances there; `ends`: the branches at the two. By a
-    polynomial through the places, and what the distance is where that is zero.
+    polynomial through the places, which one through the inner ones alone confirms, or what the
+    distance is where that is zero.
     """
     low, high = ends
     places, distances = (list(v[np.isfinite(gap)]) for v in (speeds, gap))
-    speed = np.inf
-    while True:
-        through, before = scipy.interpolate.BarycentricInterpolator(places, distances), speed
-        speed = scipy.optimize.brentq(
-            lambda at, p=through: float(p(at)), low.speed_rad_s, high.speed_rad_s
+
+    def zero(inner: slice) -> float:
+        through = scipy.interpolate.BarycentricInterpolator(places[inner], distances[inner])
+        return float(
+            scipy.optimize.brentq(lambda at: float(through(at)), low.speed_rad_s, high.speed_rad_s)
         )
+
+    limits = sorted((low.speed_rad_s, high.speed_rad_s))
+    inner = sorted(places[1:-1])
+    is_around = inner[:1] <= limits[:1] and inner[-1:] >= limits[1:]
+    speed = zero(slice(1, -1)) if len(inner) > 3 and is_around else np.inf
+    while True:
+        before, speed = speed, zero(slice(None))
         step = min(abs(speed - before), np.abs(np.array(places) - speed).min())
         here = None
         if step > _PLACED * abs(high.speed_rad_s - low.speed_rad_s) and len(places) < _MOST_PLACES:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 
 import numpy as np
 
@@ -33,8 +34,16 @@ _VANISHED = 1e-3
 _OFF = 1e-2
 
 
+# Modes at a speed, all that matter; None if they are not at hand without the whole spectrum.
+AtHand = Callable[[float], Modes | None]
+
+
 def continued(
-    assembled: AssembledSystem, low: Modes, high: Modes, speed_rad_s: float
+    assembled: AssembledSystem,
+    low: Modes,
+    high: Modes,
+    speed_rad_s: float,
+    at_hand: AtHand | None = None,
 ) -> Modes | None:
     """Return branches at a speed between two.
 
@@ -43,6 +52,11 @@ def continued(
     two is below 0.8, or other modes are as near.
     """
     near, expected = _expected(low, high, speed_rad_s)
+    known = None if at_hand is None else at_hand(speed_rad_s)
+    if known is not None:
+        match = match_modes(assembled, near, known)
+        if match.mac.min(initial=1.0) >= GOOD_OVERLAP:
+            return mode_columns(match.second, match.partner)
     find = modes_near(assembled, speed_rad_s)
     values, shapes = np.empty_like(expected), np.empty(near.shapes.shape, dtype=complex)
     for group in together(np.abs(expected[:, None] - expected) <= _NEAR * np.abs(expected)):
@@ -82,7 +96,9 @@ def _expected(low: Modes, high: Modes, speed_rad_s: float) -> tuple[Modes, Compl
     return (low if part <= 0.5 else high), (1.0 - part) * low.eigenvalues + part * high.eigenvalues
 
 
-def meeting_of(assembled: AssembledSystem, low: Modes, high: Modes) -> tuple[float, bool]:
+def meeting_of(
+    assembled: AssembledSystem, low: Modes, high: Modes, at_hand: AtHand
+) -> tuple[float, bool]:
     """Return where two branches have one frequency, and whether they pass through each other there.
 
     `low`, `high`: two branches at two speeds, whose frequencies change their order in between.
@@ -94,7 +110,7 @@ def meeting_of(assembled: AssembledSystem, low: Modes, high: Modes) -> tuple[flo
         gaps = [float(np.diff(modes.eigenvalues.imag)[0]) for modes in (low, high)]
         part = float(np.clip(abs(gaps[0]) / (abs(gaps[0]) + abs(gaps[1])), 0.02, 0.98))
         speed = low.speed_rad_s + part * (high.speed_rad_s - low.speed_rad_s)
-        here = continued(assembled, low, high, speed)
+        here = continued(assembled, low, high, speed, at_hand)
         if here is None:
             return speed, False
         first, second = here.eigenvalues.imag

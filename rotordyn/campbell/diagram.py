@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -21,7 +22,7 @@ from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyAr
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.reprs import lines_of, speed_range
 from solidwhirl.rotordyn.modes.damping import log_decrement
-from solidwhirl.rotordyn.modes.whirl import whirl_at_speed
+from solidwhirl.rotordyn.modes.whirl import turned_with_speed, whirl_direction
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -125,7 +126,7 @@ def _diagram(assembled: AssembledSystem, speeds: FloatArray, at_speeds: list[Tra
         [at_speed.modes.speed_rad_s for at_speed in at_speeds], np.sort(speeds)
     )
     eigenvalues = np.stack([at_speeds[int(i)].values() for i in places], axis=1)
-    whirl = np.stack([_whirl(assembled, at_speeds[int(i)]) for i in places], axis=1)
+    whirl = _whirl(assembled, [at_speeds[int(i)] for i in places])
     overlap = np.ones(eigenvalues.shape)
     for column, (begin, end) in enumerate(pairwise(places), start=1):
         way = [at_speed.overlap for at_speed in at_speeds[int(begin) + 1 : int(end) + 1]]
@@ -143,10 +144,13 @@ def _diagram(assembled: AssembledSystem, speeds: FloatArray, at_speeds: list[Tra
     )
 
 
-def _whirl(assembled: AssembledSystem, at_speed: Tracked) -> StringArray:
-    """Return the whirl of each branch, empty where there is none."""
-    modes, alive = at_speed.modes, at_speed.columns >= 0
-    everyone = whirl_at_speed(assembled, modes.shapes, modes.eigenvalues, modes.speed_rad_s)
-    whirl = np.full(alive.size, "", dtype="<U8")
-    whirl[alive] = everyone[at_speed.columns[alive]]
+def _whirl(assembled: AssembledSystem, at_speeds: Sequence[Tracked]) -> StringArray:
+    """Return the whirl of the branches at each speed, empty where there is none, (b, s)."""
+    everyone = whirl_direction(assembled, np.hstack([s.modes.shapes for s in at_speeds]))
+    ends = np.cumsum([s.modes.eigenvalues.size for s in at_speeds])
+    whirl = np.full((at_speeds[0].columns.size, len(at_speeds)), "", dtype="<U8")
+    for place, directions in enumerate(np.split(everyone, ends[:-1])):
+        modes, columns = at_speeds[place].modes, at_speeds[place].columns
+        own = turned_with_speed(assembled, directions, modes.eigenvalues, modes.speed_rad_s)
+        whirl[columns >= 0, place] = own[columns[columns >= 0]]
     return whirl

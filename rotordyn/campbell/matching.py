@@ -15,7 +15,7 @@ import scipy
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, matrices_at_speed
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, real_times
 from solidwhirl.rotordyn.modes.eigen import Modes, mode_columns
 
 # Frequencies closer than this (relative) are one cluster, and a veering narrower a crossing.
@@ -72,31 +72,41 @@ class _StateMetric(NamedTuple):
     mass: FloatArray
     stiffness: FloatArray
 
-    def product(self, left: Modes, right: Modes) -> ComplexArray:
-        """Return the products of the states (q, λq) of two sets of modes."""
-        inertia, elastic = _times(self.mass, right.shapes), _times(self.stiffness, right.shapes)
+    def unit(self, modes: Modes) -> _UnitStates:
+        """Return the modes scaled to states of unit size."""
+        conjugate = modes.shapes.conj()
+        inertia = real_times(self.mass, modes.shapes)
+        elastic = real_times(self.stiffness, modes.shapes)
+        kinetic = (conjugate * inertia).sum(axis=0).real
+        potential = (conjugate * elastic).sum(axis=0).real
+        # the rounding of stiffnesses far apart can be negative
+        size = np.sqrt(np.abs(potential) + np.abs(modes.eigenvalues) ** 2 * kinetic)
+        scaled = dataclasses.replace(modes, shapes=modes.shapes / size)
+        return _UnitStates(scaled, inertia / size, elastic / size)
+
+
+class _UnitStates(NamedTuple):
+    """Modes whose states have unit size, and M and K times their shapes."""
+
+    modes: Modes
+    inertia: ComplexArray
+    elastic: ComplexArray
+
+    def product(self, left: Modes) -> ComplexArray:
+        """Return the products of the states (q, λq) of other modes with these."""
+        right = self.modes
         result = np.zeros((left.eigenvalues.size, right.eigenvalues.size), dtype=complex)
         for rows, columns in _same_family(left, right):
             conjugate = left.shapes[:, rows].conj().T
             rates = np.multiply.outer(left.eigenvalues[rows].conj(), right.eigenvalues[columns])
-            block = conjugate @ elastic[:, columns] + rates * (conjugate @ inertia[:, columns])
+            inertia = conjugate @ self.inertia[:, columns]
+            block = conjugate @ self.elastic[:, columns] + rates * inertia
             result[np.ix_(rows, columns)] = block
         return result
 
-    def unit(self, modes: Modes) -> Modes:
-        """Return the modes scaled to states of unit size."""
-        conjugate = modes.shapes.conj()
-        inertia = (conjugate * _times(self.mass, modes.shapes)).sum(axis=0).real
-        elastic = (conjugate * _times(self.stiffness, modes.shapes)).sum(axis=0).real
-        # the rounding of stiffnesses far apart can be negative
-        size = np.sqrt(np.abs(elastic) + np.abs(modes.eigenvalues) ** 2 * inertia)
-        return dataclasses.replace(modes, shapes=modes.shapes / size)
-
-
-def _times(matrix: FloatArray, shapes: ComplexArray) -> ComplexArray:
-    """Return the product of a real matrix with complex shapes, at half the work."""
-    parts = np.ascontiguousarray(shapes).astype(complex, copy=False).view(float)
-    return np.asarray((matrix @ parts).view(complex))
+    def columns(self, at: IntArray) -> _UnitStates:
+        """Return some of the states."""
+        return _UnitStates(mode_columns(self.modes, at), self.inertia[:, at], self.elastic[:, at])
 
 
 def _same_family(left: Modes, right: Modes) -> list[tuple[IntArray, IntArray]]:
@@ -130,7 +140,7 @@ def overlaps(assembled: AssembledSystem, first: Modes, second: Modes) -> Complex
     the modal assurance in the energy product of the mean of both stiffnesses.
     """
     metric = _metric_between(assembled, first, second)
-    return metric.product(metric.unit(first), metric.unit(second))
+    return metric.unit(second).product(metric.unit(first).modes)
 
 
 def match_modes(assembled: AssembledSystem, first: Modes, second: Modes) -> Match:
@@ -141,22 +151,24 @@ def match_modes(assembled: AssembledSystem, first: Modes, second: Modes) -> Matc
     a mode.
     """
     metric = _metric_between(assembled, first, second)
-    unit_first, unit_second = metric.unit(first), metric.unit(second)
-    product = metric.product(unit_first, unit_second)
+    states = metric.unit(second)
+    product = states.product(metric.unit(first).modes)
     partner, mac = _assign(product)
     best = np.zeros(second.eigenvalues.size)
     best[partner[partner >= 0]] = mac[partner >= 0]
-    shapes = unit_second.shapes.copy()
+    shapes, is_turned = states.modes.shapes.copy(), False
     for cluster in _clusters(second.eigenvalues):
         if best[cluster].min() < _ALIGNED and first.eigenvalues.size >= cluster.size:
-            turn = _turn(metric, mode_columns(unit_second, cluster), product[:, cluster])
+            turn = _turn(states.columns(cluster), product[:, cluster])
             shapes[:, cluster] = shapes[:, cluster] @ turn
             product[:, cluster] = product[:, cluster] @ turn
-    partner, mac = _assign(product)
+            is_turned = True
+    if is_turned:
+        partner, mac = _assign(product)
     return Match(first, dataclasses.replace(second, shapes=shapes), partner, mac)
 
 
-def _turn(metric: _StateMetric, group: Modes, product: ComplexArray) -> ComplexArray:
+def _turn(group: _UnitStates, product: ComplexArray) -> ComplexArray:
     """Return the change of basis of a cluster that brings it closest to its partners.
 
     A general eigensolver returns equal modes that are independent but not orthogonal, so the
@@ -164,7 +176,7 @@ def _turn(metric: _StateMetric, group: Modes, product: ComplexArray) -> ComplexA
     each goes to the state that is mostly its own, so that branches which pass through each other
     exchange theirs where they meet, from whichever side they come.
     """
-    values, vectors = la.eigh(metric.product(group, group))
+    values, vectors = la.eigh(group.product(group.modes))
     if values[0] < _DEPENDENT * values[-1]:
         return np.eye(values.size, dtype=complex)
     straight: ComplexArray = (vectors / np.sqrt(values)) @ vectors.conj().T
@@ -189,13 +201,8 @@ def _assign(product: ComplexArray) -> tuple[IntArray, FloatArray]:
 
 def _clusters(eigenvalues: ComplexArray) -> list[IntArray]:
     """Return groups of two and more modes with equal frequency and damping."""
-    groups, group = [], [0]
-    for index in range(1, eigenvalues.size):
-        distance = abs(eigenvalues[index] - eigenvalues[index - 1])
-        if distance <= SAME_FREQUENCY * abs(eigenvalues[index]):
-            group.append(index)
-            continue
-        groups.append(group)
-        group = [index]
-    groups.append(group)
-    return [np.array(group) for group in groups if len(group) > 1]
+    apart = np.abs(np.diff(eigenvalues)) > SAME_FREQUENCY * np.abs(eigenvalues[1:])
+    if apart.all():
+        return []
+    groups = np.split(np.arange(eigenvalues.size), np.flatnonzero(apart) + 1)
+    return [group for group in groups if group.size > 1]

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
-from solidwhirl.rotordyn.campbell.continued import meeting_of
+from solidwhirl.rotordyn.campbell.continued import AtHand, meeting_of
 from solidwhirl.rotordyn.campbell.matching import (
     GOOD_OVERLAP,
     POOR_OVERLAP,
@@ -15,7 +15,7 @@ from solidwhirl.rotordyn.campbell.matching import (
     Match,
     Tracked,
 )
-from solidwhirl.rotordyn.core.arrays import BoolArray, IntArray
+from solidwhirl.rotordyn.core.arrays import BoolArray, IntArray, without
 from solidwhirl.rotordyn.modes.damping import CREEPING, damping_ratio
 from solidwhirl.rotordyn.modes.eigen import mode_columns
 
@@ -23,10 +23,12 @@ from solidwhirl.rotordyn.modes.eigen import mode_columns
 Meet = Callable[[Match, IntArray], tuple[float, bool]]
 
 
-def meeting_in(assembled: AssembledSystem, match: Match, pair: IntArray) -> tuple[float, bool]:
+def meeting_in(
+    assembled: AssembledSystem, match: Match, pair: IntArray, at_hand: AtHand
+) -> tuple[float, bool]:
     """Return where two modes of the first speed meet; `pair`: their columns. See `meeting_of`."""
     low = mode_columns(match.first, pair)
-    return meeting_of(assembled, low, mode_columns(match.second, match.partner[pair]))
+    return meeting_of(assembled, low, mode_columns(match.second, match.partner[pair]), at_hand)
 
 
 def place_to_look(here: Tracked, match: Match, wanted: IntArray, meet: Meet) -> tuple[float, bool]:
@@ -43,7 +45,7 @@ def place_to_look(here: Tracked, match: Match, wanted: IntArray, meet: Meet) -> 
     creeping = [damping_ratio(m.eigenvalues) > CREEPING for m in (match.first, match.second)]
     tracked = here.columns[here.columns >= 0]
     gone, new = _turned(match)
-    tracked, wanted = np.setdiff1d(tracked, gone), np.setdiff1d(wanted, new)
+    tracked, wanted = without(tracked, gone), without(wanted, new)
     back = np.zeros(match.second.eigenvalues.size)
     back[match.partner[match.partner >= 0]] = match.mac[match.partner >= 0]
     mac = np.concatenate((match.mac[tracked], back[wanted]))
@@ -66,7 +68,7 @@ def _turned(match: Match) -> tuple[IntArray, IntArray]:
     ]
     good = match.mac > POOR_OVERLAP
     gone = np.flatnonzero(~good)
-    new = np.setdiff1d(np.arange(second.eigenvalues.size), match.partner[good])
+    new = without(np.arange(second.eigenvalues.size), match.partner[good])
     turned = first.real_eigenvalues.size - second.real_eigenvalues.size
     told = counts == [2 * size] * 2 and first.zero_count == second.zero_count
     if not told or (gone.size and new.size) or turned != 2 * (new.size - gone.size):
@@ -77,7 +79,7 @@ def _turned(match: Match) -> tuple[IntArray, IntArray]:
 def _veering_of(match: Match, tracked: IntArray, meet: Meet) -> float:
     """Return where two branches exchange their order but may not pass through; nan if nowhere."""
     paired = np.flatnonzero((match.partner >= 0) & (match.mac > POOR_OVERLAP))
-    mine = tracked[np.isin(tracked, paired)]
+    mine = tracked[(match.partner[tracked] >= 0) & (match.mac[tracked] > POOR_OVERLAP)]
     if not mine.size:
         return float("nan")
     after = match.second.eigenvalues.imag[match.partner]

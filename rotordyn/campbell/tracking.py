@@ -10,7 +10,7 @@ import numpy as np
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.campbell.matching import POOR_OVERLAP, Match, Tracked, match_modes
 from solidwhirl.rotordyn.campbell.places import meeting_in, place_to_look
-from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
+from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray, without
 from solidwhirl.rotordyn.modes.continued_spectrum import NearModes, known_spectrum
 from solidwhirl.rotordyn.modes.eigen import Modes, modes_at_speed
 
@@ -21,6 +21,8 @@ _SMALLEST_STEP = 2.0**-20
 # Relative change of λ/Ω over half a step from rest, below which a motion is lifted by the spin from
 # rest on: no beginning is looked for.
 _LIFTED = 1e-6
+# Where one spectrum reaches no farther the next is taken so far ahead, as a part of that reach.
+_AHEAD = 0.75
 # Eigen-solutions spent on one step at most.
 _BUDGET = 150
 
@@ -54,6 +56,7 @@ class Tracker:
         self._known: dict[float, Modes] = {}
         self._spectra: list[NearModes] = []
         self._continued: set[float] = set()
+        self._asked: FloatArray = np.empty(0)
         self._matches: dict[tuple[Modes, float], Match] = {}
         self._meetings: dict[tuple[Modes, Modes, tuple[int, ...]], tuple[float, bool]] = {}
 
@@ -61,6 +64,9 @@ class Tracker:
         """Return the modes at a speed, computed once: the lowest alone where that is enough."""
         if speed_rad_s not in self._known:
             found = self._from_known(speed_rad_s)
+            if found is None and (ahead := self._ahead_of(speed_rad_s)) is not None:
+                self.whole_at(ahead)
+                found = self._from_known(speed_rad_s)
             if found is None:
                 return self.whole_at(speed_rad_s)
             self._known[speed_rad_s] = found
@@ -78,13 +84,24 @@ class Tracker:
             self._spectra += [] if spectrum is None else [NearModes(self.assembled, spectrum)]
         return self._known[speed_rad_s]
 
+    def _nearest(self, speed_rad_s: float) -> NearModes | None:
+        return min(
+            self._spectra, key=lambda s: abs(s.known.speed_rad_s - speed_rad_s), default=None
+        )
+
+    def _ahead_of(self, speed_rad_s: float) -> float | None:
+        """Return a speed to come from whose spectrum modes may be found back to one and beyond."""
+        near = self._nearest(speed_rad_s)
+        if near is None:
+            return None
+        reach = speed_rad_s - near.known.speed_rad_s
+        between = (self._asked - speed_rad_s) / reach
+        ahead = self._asked[(between > 0) & (between <= _AHEAD)]
+        return float(ahead[-1]) if ahead.size else None
+
     def _from_known(self, speed_rad_s: float) -> Modes | None:
         """Return the lowest modes at a speed from the nearest whole spectrum, all that matter."""
-        near = min(
-            self._spectra,
-            key=lambda spectrum: abs(spectrum.known.speed_rad_s - speed_rad_s),
-            default=None,
-        )
+        near = self._nearest(speed_rad_s)
         found = None if near is None else near.at(speed_rad_s)
         # the last one shows that no needed one of equal frequency is cut off
         enough = found is not None and self.needed(found) < found.eigenvalues.size
@@ -108,6 +125,7 @@ class Tracker:
         `first` to follow; `seeds`: speeds and columns to follow from there on. The result is at the
         speeds given and at those added where modes change quickly, meet, begin or end.
         """
+        self._asked = speeds_rad_s
         columns = np.array(sorted(starts), dtype=int)
         at_speeds = [Tracked(modes=first, columns=columns, overlap=np.ones(columns.size))]
         matches: list[Match] = []
@@ -132,14 +150,12 @@ class Tracker:
         while targets:
             here, goal = at_speeds[-1], targets[-1]
             match = self._match(here.modes, goal)
-            wanted = np.union1d(np.arange(self.needed(match.second)), seeds.get(goal, [])).astype(
-                int
-            )
+            wanted = np.arange(self.needed(match.second))
+            if goal in seeds:
+                wanted = np.union1d(wanted, seeds[goal])
             solved += 1
             risen = self._lifted(match, targets[-2]) if len(targets) > 1 else wanted[:0]
-            middle, is_lively = place_to_look(
-                here, match, np.setdiff1d(wanted, risen), self._meeting
-            )
+            middle, is_lively = place_to_look(here, match, without(wanted, risen), self._meeting)
             # near its beginning a lively motion creeps, too
             fraction = _SMALLEST_STEP if is_lively else fraction
             begin = here.modes.speed_rad_s
@@ -177,9 +193,7 @@ class Tracker:
         here, there = match.second, self.modes_at(beyond_rad_s)
         if match.first.speed_rad_s != 0.0 or not there.eigenvalues.size:
             return np.empty(0, dtype=int)
-        new = np.setdiff1d(
-            np.arange(here.eigenvalues.size), match.partner[match.mac > POOR_OVERLAP]
-        )
+        new = without(np.arange(here.eigenvalues.size), match.partner[match.mac > POOR_OVERLAP])
         rate = here.eigenvalues[new] / here.speed_rad_s
         other = there.eigenvalues / there.speed_rad_s
         change = np.abs(other - rate[:, None]).min(axis=1)
@@ -197,7 +211,7 @@ class Tracker:
         """Return where two modes of a match meet, computed once."""
         key = (match.first, match.second, tuple(pair.tolist()))
         if key not in self._meetings:
-            self._meetings[key] = meeting_in(self.assembled, match, pair)
+            self._meetings[key] = meeting_in(self.assembled, match, pair, self._from_known)
         return self._meetings[key]
 
 
@@ -236,7 +250,7 @@ def _is_lost(here: Tracked, match: Match, wanted: IntArray) -> bool:
     tracked = here.columns[here.columns >= 0]
     found = match.partner[match.mac > POOR_OVERLAP]
     ended = (match.mac[tracked] <= POOR_OVERLAP).any()
-    return bool(ended or not np.isin(wanted, found).all())
+    return bool(ended or without(wanted, found).size)
 
 
 def _step(here: Tracked, match: Match, wanted: IntArray) -> Tracked:
@@ -246,7 +260,7 @@ def _step(here: Tracked, match: Match, wanted: IntArray) -> Tracked:
     mac[alive] = match.mac[here.columns[alive]]
     columns[alive] = match.partner[here.columns[alive]]
     columns[mac <= POOR_OVERLAP] = -1
-    new = np.setdiff1d(wanted, columns)
+    new = without(wanted, columns)
     return Tracked(
         modes=match.second,
         columns=np.concatenate((columns, new)),

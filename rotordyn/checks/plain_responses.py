@@ -221,7 +221,8 @@ def growth_sign(matrices: PlainMatrices, speed_rad_s: float, least: float) -> in
     shift = max(float(np.sqrt(np.median(rates))), abs(speed_rad_s), 1.0)
     values = full_spectrum(matrices, shift)
     growing = values[(values.real > least * np.abs(values)) & (values.imag >= 0)]
-    for value in growing[np.abs(growing) > _STILL * shift]:
+    clear = growing.real > 10.0 * NEUTRAL * np.abs(growing)
+    for value in growing[clear & (np.abs(growing) > _STILL * shift)]:
         found = root_error(matrices, complex(value))
         rounding = ROUNDINGS * found.rounding + 10.0 * found.distance
         if value.real > rounding + 10.0 * NEUTRAL * abs(value):

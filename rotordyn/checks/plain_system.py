@@ -11,8 +11,8 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cache, cached_property
-from typing import NamedTuple
+from functools import cache, cached_property, lru_cache
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.linalg as la
@@ -22,7 +22,7 @@ from solidwhirl.rotordyn.assembly.frequency_laws import FrequencyTableLaw, frequ
 from solidwhirl.rotordyn.assembly.magnetic_laws import MagneticLaw
 from solidwhirl.rotordyn.assembly.parts import Bearing, End, Rotor, System
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
 
 _EPS = float(np.finfo(float).eps)
@@ -69,6 +69,7 @@ class PlainSystem:
     transformation: FloatArray
 
     @classmethod
+    @lru_cache(maxsize=8)  # a system is a record that never changes
     def of(cls, assembled: AssembledSystem) -> PlainSystem:
         """Return the parts and coordinates of an assembled system."""
         return cls(system=assembled.system, transformation=np.array(assembled.transformation))
@@ -108,17 +109,18 @@ class PlainSystem:
         for (place, power), (total, size) in self._powers.items():
             sums[place] += speed_rad_s**power * total
             sizes[place] += abs(speed_rad_s) ** power * size
-        for bearing, rows in self._with_laws:
+        for bearing, terms, part in self._with_laws:
             stiffness, damping, mass = self.coefficients(bearing, speed_rad_s, rate)
-            if mass.any():
-                _add(sums[0], sizes[0], rows, mass)
-            _add(sums[1], sizes[1], rows, damping)
-            _add(sums[2], sizes[2], rows, stiffness)
+            for place, matrix in enumerate((mass, damping, stiffness)):
+                part.add(sums[place], sizes[place], matrix)
             if bearing.sensor is not None:
                 self._add_sensed(bearing, speed_rad_s, rate, (sums, sizes))
-            if isinstance(bearing.speed_law, PolynomialLaw):
-                for place, cancelled in enumerate(self.law_terms(bearing, speed_rad_s), start=1):
-                    sizes[place] += np.abs(rows[:2]).T @ cancelled @ np.abs(rows[:2])
+            if terms is not None:
+                spin = abs(self.system.rotors[terms.first.body].speed_ratio * speed_rad_s)
+                cancelled = np.zeros((2, 6, 6))
+                cancelled[:, :2, :2] = _law_values(terms, spin, 1j * spin)[:2]
+                part.add(None, sizes[2], cancelled[0])
+                part.add(None, sizes[1], cancelled[1])
         return PlainMatrices(sums[0], sums[1], sums[2], (sizes[0], sizes[1], sizes[2]))
 
     @cached_property
@@ -128,9 +130,8 @@ class PlainSystem:
         found: dict[tuple[int, int], tuple[FloatArray, FloatArray]] = {}
 
         def add(place: int, power: int, rows: FloatArray, term: FloatArray) -> None:
-            _add(
-                *found.setdefault((place, power), (np.zeros((n, n)), np.zeros((n, n)))), rows, term
-            )
+            totals = found.setdefault((place, power), (np.zeros((n, n)), np.zeros((n, n))))
+            _Part.of(rows).add(*totals, term)
 
         for _, rotor, rows in self.bodies():
             for place, power, term in _body(rotor):
@@ -150,17 +151,17 @@ class PlainSystem:
         return found
 
     @cached_property
-    def _with_laws(self) -> list[tuple[Bearing, FloatArray]]:
-        """Bearings that change with the speed, and their relative motion."""
+    def _with_laws(self) -> list[tuple[Bearing, Bearing | None, _Part]]:
+        """Bearings that change with the speed, `law_terms` of each, and their relative motion."""
         own = [bearing for bearing in self.system.bearings if bearing.speed_law is not None]
-        return [(bearing, self.relative_motion(bearing)) for bearing in own]
+        return [(b, law_terms(b), _Part.of(self.relative_motion(b))) for b in own]
 
     def gyroscopic(self) -> FloatArray:
         """Return G of all bodies per unit speed of the reference shaft, shape (n, n)."""
         n = self.transformation.shape[1]
         total, size = np.zeros((n, n)), np.zeros((n, n))
         for _, rotor, rows in self.bodies():
-            _add(total, size, rows, rotor.speed_ratio * rotor.element.gyroscopic)
+            _Part.of(rows).add(total, size, rotor.speed_ratio * rotor.element.gyroscopic)
         return total
 
     def seat(self, end: End) -> FloatArray:
@@ -177,22 +178,6 @@ class PlainSystem:
         """Return the motion of the first side of a bearing less that of the second, (6, n)."""
         first = self.seat(bearing.first)
         return first if bearing.second is None else first - self.seat(bearing.second)
-
-    def law_terms(self, bearing: Bearing, speed_rad_s: float) -> tuple[FloatArray, FloatArray]:
-        """Return the sizes of the terms of a polynomial law, which may cancel: C and K, (2, 2)."""
-        law = bearing.speed_law
-        assert isinstance(law, PolynomialLaw)
-        plus = dataclasses.replace(
-            law,
-            stiffness_x=tuple(np.abs(law.stiffness_x)),
-            stiffness_y=tuple(np.abs(law.stiffness_y)),
-            damping_x=tuple(np.abs(law.damping_x)),
-            damping_y=tuple(np.abs(law.damping_y)),
-        )
-        terms = dataclasses.replace(bearing, speed_law=plus)
-        spin = abs(self.system.rotors[bearing.first.body].speed_ratio * speed_rad_s)
-        stiffness, damping, _ = _law_values(terms, spin, 1j * spin)
-        return np.abs(damping), np.abs(stiffness)
 
     def _add_sensed(
         self,
@@ -241,12 +226,38 @@ class PlainSystem:
         return stiffness, damping, mass
 
 
-def _add(total: FloatArray, size: FloatArray, rows: FloatArray, term: FloatArray) -> None:
-    """Add the term of a part that moves by these rows, in place."""
-    moved = np.flatnonzero(rows.any(axis=0))  # most coordinates are of other parts
-    own, at = rows[:, moved], np.ix_(moved, moved)
-    total[at] += own.T @ term @ own
-    size[at] += np.abs(own).T @ np.abs(term) @ np.abs(own)
+def law_terms(bearing: Bearing) -> Bearing | None:
+    """Return a bearing with all terms of its polynomial law positive; None of another law.
+
+    They may cancel, what their rounding is relative to does not.
+    """
+    law = bearing.speed_law
+    if not isinstance(law, PolynomialLaw):
+        return None
+    parts = ("stiffness_x", "stiffness_y", "damping_x", "damping_y")
+    sizes: dict[str, Any] = {part: tuple(np.abs(getattr(law, part))) for part in parts}
+    return dataclasses.replace(bearing, speed_law=dataclasses.replace(law, **sizes))
+
+
+class _Part(NamedTuple):
+    """A part in the coordinates that move it: its rows there, and their places in a matrix."""
+
+    rows: FloatArray
+    at: tuple[IntArray, ...]
+
+    @classmethod
+    def of(cls, rows: FloatArray) -> _Part:
+        """Return a part that moves by rows of all coordinates."""
+        moved = np.flatnonzero(rows.any(axis=0))  # most coordinates are of other parts
+        return cls(rows[:, moved], np.ix_(moved, moved))
+
+    def add(self, total: FloatArray | None, size: FloatArray, term: FloatArray) -> None:
+        """Add a term and its size, in place."""
+        if not term.any():
+            return
+        if total is not None:
+            total[self.at] += self.rows.T @ term @ self.rows
+        size[self.at] += np.abs(self.rows).T @ np.abs(term) @ np.abs(self.rows)
 
 
 def _body(rotor: Rotor) -> Iterator[tuple[int, int, FloatArray]]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -20,9 +19,8 @@ from solidwhirl.rotordyn.modes.eigen import Modes, modes_at_speed
 
 # A mode below this damping ratio is lightly damped.
 _LIGHT = 0.1
-# Intervals between the speeds at which modes are counted, beside the knots of speed laws; spectra
-# kept, as other excitations look at the same speeds.
-_INTERVALS, _KEPT = 6, 32
+# Intervals between the speeds at which modes are counted, beside the knots of speed laws.
+_INTERVALS = 6
 # How far (relative) a critical speed may lie from the one without damping.
 _FARTHEST = 0.1
 # Roots closer than this (relative) whose shapes are as close are one.
@@ -42,7 +40,7 @@ def lightly_damped(assembled: AssembledSystem, ratio: float, limit: float) -> li
     speeds = np.unique(np.concatenate((np.linspace(0.0, limit, _INTERVALS + 1), knots)))
     spectra: list[Modes] = []
     for speed in speeds[::-1].tolist():
-        spectra.insert(0, _spectrum(assembled, speed))
+        spectra.insert(0, modes_at_speed(assembled, speed))
         if not _is_light(spectra[0], ratio * limit):
             return None
     places = undamped_places(assembled, ratio, limit)
@@ -60,11 +58,6 @@ def lightly_damped(assembled: AssembledSystem, ratio: float, limit: float) -> li
     inside = [root for root in roots if root.meeting.speed <= limit]
     told = _are_distinct(inside) and _agrees(spectra, inside, ratio)
     return [root.meeting for root in inside] if told else None
-
-
-@lru_cache(maxsize=_KEPT)
-def _spectrum(assembled: AssembledSystem, speed_rad_s: float) -> Modes:
-    return modes_at_speed(assembled, speed_rad_s)
 
 
 def _is_light(modes: Modes, frequency_rad_s: float) -> bool:

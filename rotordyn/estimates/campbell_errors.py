@@ -9,16 +9,18 @@ import numpy as np
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.campbell.body_frames import branch_columns
 from solidwhirl.rotordyn.campbell.diagram import Campbell
-from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
 from solidwhirl.rotordyn.estimates.eigenvalue_errors import (
     FrequencyErrors,
     bodies_without_forms,
     frequency_errors,
 )
-from solidwhirl.rotordyn.modes.eigen import mode_columns, modes_at_speed
+from solidwhirl.rotordyn.modes.eigen import Modes, mode_columns, modes_at_speed
 
 # Modes above the highest branch that may be as close to it as it is wrong.
 _ABOVE = 4
+# Frequencies closer than this (relative) may be one.
+_SAME = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -35,8 +37,8 @@ class CampbellErrors(FrequencyErrors):
 def campbell_errors(assembled: AssembledSystem, campbell: Campbell) -> CampbellErrors:
     """Estimate the relative errors of the branches of a Campbell diagram, by branch and speed.
 
-    The modes are computed again, as a diagram does not keep them. Raises AnalysisError if the
-    diagram does not belong to the system.
+    The modes are those that the diagram was made of, or computed again: it does not keep them.
+    Raises AnalysisError if the diagram does not belong to the system.
 
     The basis of a body is made of modes at rest and at top speed. With e(Ω) the error of the
     reduction along a branch and t = (Ω² − a²) / (b² − a²) between its slowest and its fastest
@@ -50,7 +52,7 @@ def campbell_errors(assembled: AssembledSystem, campbell: Campbell) -> CampbellE
         alive = np.flatnonzero(np.isfinite(campbell.eigenvalues[:, place]))
         if not alive.size:
             continue
-        modes = modes_at_speed(assembled, float(speed))
+        modes = _modes(assembled, float(speed), campbell.eigenvalues[alive, place])
         columns = branch_columns(campbell.eigenvalues[alive, place], modes.eigenvalues, speed)
         kept = np.arange(min(int(columns.max()) + 1 + _ABOVE, modes.eigenvalues.size))
         found = frequency_errors(assembled, mode_columns(modes, kept))
@@ -65,6 +67,13 @@ def campbell_errors(assembled: AssembledSystem, campbell: Campbell) -> CampbellE
         parts=parts,
         bodies_without_estimate=bodies_without_forms(assembled),
     )
+
+
+def _modes(assembled: AssembledSystem, speed_rad_s: float, values: ComplexArray) -> Modes:
+    """Return the modes at a speed, as far as some above the highest branch."""
+    modes = modes_at_speed(assembled, speed_rad_s, 2 * (values.size + _ABOVE))
+    above = int(np.count_nonzero(modes.eigenvalues.imag > values.imag.max() * (1.0 + _SAME)))
+    return modes if above >= _ABOVE else modes_at_speed(assembled, speed_rad_s)
 
 
 def interpolation_part(speeds_rad_s: FloatArray, errors: FloatArray) -> FloatArray:

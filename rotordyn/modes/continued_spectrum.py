@@ -1,10 +1,7 @@
 """Lowest modes of damped systems at a speed near one whose whole spectrum is known.
 
-In the modes of the known speed, A(Ω) = Λ + E(Ω). The subspace of the lowest ones is followed: with
-the others' part P of it, E21 + (Λ2 + E22) P − P (Λ1 + E11) − P E12 P = 0 (Stewart and Sun 1990,
-Matrix Perturbation Theory, section V.2), and their eigenvalues are those of Λ1 + E11 + E12 P. All
-others are eigenvalues of Λ2 + E22 − P E12, which lie in Gershgorin's discs: that none of them is as
-low proves that none is missing.
+Systems that are the same in all directions are followed in z = p + i s, with half of the
+coordinates; axial motion and torsion are solved beside it. See `near_subspace`.
 """
 
 from __future__ import annotations
@@ -16,107 +13,109 @@ import numpy.linalg as nla
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, SpeedMatrices, matrices_at_speed
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, Matrix, real_times
 from solidwhirl.rotordyn.core.ledger import solved
+from solidwhirl.rotordyn.modes.complex_form import ComplexForm, complex_form
 from solidwhirl.rotordyn.modes.eigen import Modes, normalised
 from solidwhirl.rotordyn.modes.left_vectors import dynamic_stiffness
+from solidwhirl.rotordyn.modes.near_subspace import (
+    Known,
+    Problem,
+    RealBasis,
+    WhirlBasis,
+    change,
+    followed,
+    known_subspaces,
+)
+from solidwhirl.rotordyn.modes.split_spectrum import unturned_modes, whirl_in_the_round
 from solidwhirl.rotordyn.modes.whirl import separated_whirl
 
 # Modes beyond the needed ones among which the widest gap of frequency is looked for.
 _FEWEST_MORE, _MOST_MORE = 5, 12
 # A part of the modes beyond this saves no time.
 _MOST = 0.5
-# Iterations at most, the relative change of P at rest, and what factor of convergence is too slow.
-_STEPS, _AT_REST, _SLOW = 30, 1e-11, 0.6
+# Places that P is expected from at most, no nearer than this part of the way from the known speed.
+_MOST_PLACES, _SIDE_BY_SIDE = 10, 1e-2
 # |Im λ| below this fraction of |λ| is real.
 _REAL_FRACTION = 1e-6
-# Modes of a known speed are as good as this (relative) where they serve as a basis.
-_GOOD = 1e-9
 # Inverse iterations for the vector of a real eigenvalue, and how far beside it.
 _REAL_STEPS, _BESIDE = 3, 1e-11
-
-
-class _Basis(NamedTuple):
-    """Real basis of states: of pairs Re x, then Im x; then of real eigenvalues x.
-
-    `rates`: λ of pairs, `reals`: real λ; `shapes`, `moving`: x and λx, (n, columns).
-    """
-
-    rates: ComplexArray
-    reals: FloatArray
-    shapes: FloatArray
-    moving: FloatArray
-
-
-class Known(NamedTuple):
-    """A speed with its whole spectrum: lowest modes, the others, and E per cause.
-
-    `dual`: what maps forces to the coordinates of states, (2n, n), lowest first; `by_spin`: E per
-    rad/s of the gyroscopic matrix, `by_square`: per (rad/s)² of the centrifugal stiffness.
-    """
-
-    speed_rad_s: float
-    matrices: SpeedMatrices
-    lowest: _Basis
-    others: _Basis
-    dual: FloatArray
-    by_spin: FloatArray
-    by_square: FloatArray | None
 
 
 def known_spectrum(assembled: AssembledSystem, modes: Modes, needed: int) -> Known | None:
     """Return what modes at other speeds are found from.
 
-    `modes`: all of a system at a speed; `needed`: of how many lowest ones. None if the system tells
-    families of modes apart or has motions without stiffness, its modes are no basis, or few would
-    be left out.
+    `modes`: all of a system at a speed; `needed`: of how many lowest ones. None if the system has
+    motions without stiffness, its modes are no basis, or few would be left out; and if one that is
+    the same in all directions has overdamped lateral motion.
     """
-    n, count = assembled.size, modes.eigenvalues.size
     if (
-        modes.family is not None
-        or modes.zero_count
+        modes.zero_count
         or modes.negative_stiffness_count
         or assembled.depends_on_frequency
         or assembled.is_conservative
-        or 2 * count + modes.real_eigenvalues.size != 2 * n
     ):
         return None
+    if modes.family is not None:
+        form = complex_form(assembled)
+        return None if form is None else _known_whirl(form, modes, needed)
+    return _known_pairs(assembled, modes, needed)
+
+
+def _known_pairs(assembled: AssembledSystem, modes: Modes, needed: int) -> Known | None:
+    """Return what modes in real coordinates are found from."""
+    n, count, reals = assembled.size, modes.eigenvalues.size, modes.real_eigenvalues
     kept = _cut(modes.eigenvalues.imag, needed)
-    if kept is None or 2 * kept + modes.real_eigenvalues.size > _MOST * 2 * n:
+    if 2 * count + reals.size != 2 * n or kept is None or 2 * kept + reals.size > _MOST * 2 * n:
         return None
     matrices = matrices_at_speed(assembled, modes.speed_rad_s)
-    reals = modes.real_eigenvalues
     real_shapes = np.empty((n, reals.size))
     for at, value in enumerate(reals):
         real_shapes[:, at] = _real_shape(matrices, float(value))
-    lowest = _basis(matrices, modes, np.arange(kept), reals, real_shapes)
     none = np.empty(0), np.empty((n, 0))
-    others = _basis(matrices, modes, np.arange(kept, count), *none)
-    top = np.hstack((lowest.shapes, others.shapes))
-    bottom = np.hstack((lowest.moving, others.moving))
-    try:
-        inverse = nla.inv(np.vstack((top, bottom)))
-        dual = la.cho_solve(la.cho_factor(matrices.mass), inverse[:, n:].T).T
-    except la.LinAlgError:
-        return None
-    square = assembled.centrifugal_stiffness
-    known = Known(
-        speed_rad_s=modes.speed_rad_s,
-        matrices=matrices,
-        lowest=lowest,
-        others=others,
-        dual=dual,
-        by_spin=-dual @ (assembled.gyroscopic @ bottom + assembled.circulatory_stiffness @ top),
-        by_square=-dual @ (square @ top) if square.any() else None,
+    bases = (
+        _real_basis(matrices, modes, np.arange(kept), reals, real_shapes),
+        _real_basis(matrices, modes, np.arange(kept, count), *none),
     )
-    # the basis reproduces the matrices: W A V = Λ
-    velocity = matrices.damping + matrices.gyroscopic
-    found = inverse[:, :n] @ bottom - dual @ (matrices.stiffness @ top + velocity @ bottom)
-    size = lowest.shapes.shape[1]
-    miss = found[:size, :size] - _diagonal(lowest)
-    if not la.norm(miss) <= _GOOD * la.norm(_diagonal(lowest)):
+    problem = Problem(
+        mass=matrices.mass,
+        velocity=matrices.damping + matrices.gyroscopic,
+        stiffness=matrices.stiffness,
+        turning=assembled.gyroscopic,
+        circulating=assembled.circulatory_stiffness,
+        centrifugal=assembled.centrifugal_stiffness,
+    )
+    joints = [(joint, joint.motion) for joint in assembled.law_joints]
+    return known_subspaces(modes.speed_rad_s, problem, bases, joints)
+
+
+def _known_whirl(form: ComplexForm, modes: Modes, needed: int) -> Known | None:
+    """Return what whirl in z is found from: of λ with Im λ < 0 it is the mode against +z."""
+    assert modes.family is not None
+    lateral = np.flatnonzero(modes.family)
+    family, values = modes.family[lateral], modes.eigenvalues[lateral]
+    kept = _cut(values.imag, int(np.count_nonzero(modes.family[:needed])))
+    if values.size != 2 * form.size or kept is None or kept > _MOST * values.size:
         return None
-    return known
+    rates = np.where(family > 0, values, values.conj())
+    # a circle against +z is the conjugate of what the independent coordinates hold of it
+    shapes = modes.shapes[np.ix_(form.first, lateral)]
+    shapes = np.where(family > 0, shapes, shapes.conj()) / np.abs(rates)
+    low, rest = (
+        WhirlBasis(rates[at], shapes[:, at], rates[at] * shapes[:, at])
+        for at in (slice(kept), slice(kept, None))
+    )
+    here = form.at_speed(modes.speed_rad_s)
+    problem = Problem(
+        mass=here.mass,
+        velocity=here.velocity,
+        stiffness=here.stiffness,
+        turning=-1j * form.gyroscopic,
+        circulating=-1j * form.circulatory,
+        centrifugal=form.centrifugal_stiffness,
+    )
+    joints = [(form.assembled.law_joints[law.place], law.motion[None]) for law in form.laws]
+    return known_subspaces(modes.speed_rad_s, problem, (low, rest), joints)
 
 
 def _cut(frequencies: FloatArray, needed: int) -> int | None:
@@ -138,20 +137,20 @@ def _real_shape(matrices: SpeedMatrices, value: float) -> FloatArray:
     return np.asarray(shape)
 
 
-def _basis(
+def _real_basis(
     matrices: SpeedMatrices,
     modes: Modes,
     at: IntArray,
     reals: FloatArray,
     real_shapes: FloatArray,
-) -> _Basis:
+) -> RealBasis:
     """Return the states of some modes at unit kinetic energy, so that entries of E compare."""
     rates, shapes = modes.eigenvalues[at], modes.shapes[:, at]
     shapes = shapes / np.abs(rates)
     inertia = np.sqrt((real_shapes * (matrices.mass @ real_shapes)).sum(axis=0))
     real_shapes = real_shapes / (inertia * np.abs(reals))
     moving = rates * shapes
-    return _Basis(
+    return RealBasis(
         rates=rates,
         reals=reals,
         shapes=np.hstack((shapes.real, shapes.imag, real_shapes)),
@@ -159,21 +158,14 @@ def _basis(
     )
 
 
-def _diagonal(basis: _Basis) -> FloatArray:
-    """Return Λ in a real basis: A Re x = σ Re x − ω Im x, A Im x = ω Re x + σ Im x."""
-    pairs = basis.rates.size
-    matrix = np.diag(np.concatenate((basis.rates.real, basis.rates.real, basis.reals)))
-    at = np.arange(pairs)
-    matrix[at, pairs + at], matrix[pairs + at, at] = basis.rates.imag, -basis.rates.imag
-    return matrix
-
-
 class NearModes:
     """Find the lowest modes at speeds around a known one, each from those before."""
 
     def __init__(self, assembled: AssembledSystem, known: Known) -> None:
         self.assembled, self.known = assembled, known
-        self._before: list[tuple[float, FloatArray]] = []
+        none = np.zeros((known.others.shapes.shape[1], known.lowest.shapes.shape[1]))
+        self._places: dict[float, Matrix] = {known.speed_rad_s: none}
+        self._stiffness = matrices_at_speed(assembled, known.speed_rad_s).stiffness
 
     def at(self, speed_rad_s: float) -> Modes | None:
         """Return the lowest modes at a speed, and all real eigenvalues.
@@ -182,49 +174,64 @@ class NearModes:
         None where the subspace does not come to rest, the others may be as low, or K is not
         positive definite.
         """
+        known = self.known
         matrices = matrices_at_speed(self.assembled, speed_rad_s)
-        if not _is_definite(matrices.stiffness):
+        # K of the known speed is positive definite
+        same = np.array_equal(matrices.stiffness, self._stiffness)
+        if not same and not _is_definite(matrices.stiffness):
             return None
-        change = _change(self.known, self.assembled, speed_rad_s)
-        away = speed_rad_s - self.known.speed_rad_s
-        found = _followed(self.known, change, self._expected(away))
+        changed = change(known, speed_rad_s)
+        found = followed(known, changed, self._expected(speed_rad_s))
         if found is None:
             return None
-        self._before = [*self._before[-1:], (away, found[0])]
-        return _modes(self.known, self.assembled, matrices, speed_rad_s, change, found)
+        # a polynomial through places side by side magnifies their rounding
+        nearest = min(abs(speed_rad_s - place) for place in self._places)
+        if nearest > _SIDE_BY_SIDE * abs(speed_rad_s - known.speed_rad_s):
+            self._places[speed_rad_s] = found[0]
+        low = _Low(*_lowest(known, changed, found[0]), found[1])
+        modes = _pairs if isinstance(known.lowest, RealBasis) else _whirl
+        return modes(self.assembled, matrices, speed_rad_s, low)
 
-    def _expected(self, away: float) -> FloatArray:
-        """Return P as a polynomial through zero and the last places, of second degree at most."""
-        places = [(at, part) for at, part in self._before if at]
-        if len(places) == 2 and places[0][0] == places[1][0]:
-            places.pop()
-        expected = np.zeros((self.known.others.shapes.shape[1], self.known.lowest.shapes.shape[1]))
-        for at, part in places:
-            others = [place for place, _ in places if place != at]
-            factor = away / at * float(np.prod([(away - o) / (at - o) for o in others]))
-            expected += factor * part
+    def _expected(self, speed_rad_s: float) -> Matrix:
+        """Return P as a polynomial through the nearest places."""
+        places = np.array(sorted(self._places, key=lambda at: abs(at - speed_rad_s))[:_MOST_PLACES])
+        apart = places[:, None] - places
+        away = speed_rad_s - places
+        expected: Matrix = np.zeros_like(self._places[self.known.speed_rad_s])
+        for k, place in enumerate(places):
+            others = np.arange(places.size) != k
+            weight = np.prod(away[others] / apart[k, others])
+            expected = expected + weight * self._places[float(place)]
         return expected
 
 
-def _modes(
-    known: Known,
-    assembled: AssembledSystem,
-    matrices: SpeedMatrices,
-    speed_rad_s: float,
-    change: FloatArray,
-    found: tuple[FloatArray, float],
-) -> Modes:
-    """Return the modes of a subspace that lie below a bound."""
-    part, bound = found
+class _Low(NamedTuple):
+    """Eigenvalues and states of the lowest modes' subspace, and what lies below all others."""
+
+    values: ComplexArray
+    shapes: ComplexArray
+    bound: float
+
+
+def _lowest(known: Known, changed: Matrix, part: Matrix) -> tuple[ComplexArray, ComplexArray]:
+    """Return the eigenvalues of the subspace of the lowest modes, and their shapes."""
     size = known.lowest.shapes.shape[1]
-    low = _diagonal(known.lowest) + change[:size, :size] + change[:size, size:] @ part
+    low = known.lowest.diagonal() + changed[:size, :size] + changed[:size, size:] @ part
     solved("continued")
     values, vectors = nla.eig(low)
+    shapes: Matrix = known.lowest.shapes + known.others.shapes @ part
+    return values, real_times(shapes, vectors) if np.isrealobj(shapes) else shapes @ vectors
+
+
+def _pairs(
+    assembled: AssembledSystem, matrices: SpeedMatrices, speed_rad_s: float, low: _Low
+) -> Modes:
+    """Return the modes of a subspace of real states that lie below a bound."""
+    values = low.values
     is_real = np.abs(values.imag) <= _REAL_FRACTION * np.abs(values)
-    at = np.flatnonzero(~is_real & (values.imag > 0) & (values.imag < bound))
+    at = np.flatnonzero(~is_real & (values.imag > 0) & (values.imag < low.bound))
     at = at[np.argsort(values.imag[at], kind="stable")]
-    rates = values[at]
-    shapes = (known.lowest.shapes + known.others.shapes @ part) @ vectors[:, at]
+    rates, shapes = values[at], low.shapes[:, at]
     if speed_rad_s != 0:
         shapes = separated_whirl(assembled, rates, shapes)
     return Modes(
@@ -237,99 +244,35 @@ def _modes(
     )
 
 
+def _whirl(
+    assembled: AssembledSystem, matrices: SpeedMatrices, speed_rad_s: float, low: _Low
+) -> Modes | None:
+    """Return the whirl of a subspace, axial motion and torsion below a bound.
+
+    None if a whirl no longer oscillates.
+    """
+    form = complex_form(assembled)
+    if form is None or (np.abs(low.values.imag) <= _REAL_FRACTION * np.abs(low.values)).any():
+        return None
+    rest = unturned_modes(assembled, matrices, form)
+    lateral = whirl_in_the_round(form, low.values, low.shapes)
+    values = np.concatenate((lateral.values, rest.values))
+    order = np.argsort(values.imag, kind="stable")
+    order = order[values.imag[order] < low.bound]
+    return Modes(
+        speed_rad_s=speed_rad_s,
+        eigenvalues=values[order],
+        shapes=normalised(np.hstack((lateral.shapes, rest.shapes))[:, order], matrices.mass),
+        real_eigenvalues=np.sort(rest.real),
+        zero_count=rest.zeros,
+        negative_stiffness_count=0,
+        family=np.concatenate((lateral.family, rest.family))[order],
+    )
+
+
 def _is_definite(stiffness: FloatArray) -> bool:
     try:
         la.cholesky(0.5 * (stiffness + stiffness.T), check_finite=False)
     except la.LinAlgError:
         return False
     return True
-
-
-def _change(known: Known, assembled: AssembledSystem, speed: float) -> FloatArray:
-    """Return E at a speed, (2n, 2n)."""
-    change = (speed - known.speed_rad_s) * known.by_spin
-    if known.by_square is not None:
-        change += (speed**2 - known.speed_rad_s**2) * known.by_square
-    for joint in assembled.law_joints:
-        there, here = joint.coefficients(speed), joint.coefficients(known.speed_rad_s)
-        k, c = (a - b for a, b in zip(there, here, strict=True))
-        moved = [
-            np.hstack([joint.motion @ getattr(b, name) for b in (known.lowest, known.others)])
-            for name in ("shapes", "moving")
-        ]
-        change -= (known.dual @ joint.motion.T) @ (k @ moved[0] + c @ moved[1])
-    return change
-
-
-class _Rows:
-    """Complex coordinates of a real matrix whose rows are those of pairs, columns of any basis."""
-
-    def __init__(self, rows: _Basis, columns: _Basis) -> None:
-        self._half, self._pairs = rows.rates.size, columns.rates.size
-
-    def complex(self, matrix: FloatArray) -> ComplexArray:
-        """Return columns of λ, of λ*, and of real λ."""
-        row = matrix[: self._half] - 1j * matrix[self._half :]
-        p = self._pairs
-        along, across = row[:, :p], 1j * row[:, p : 2 * p]
-        return np.hstack((along + across, along - across, row[:, 2 * p :]))
-
-    def real(self, matrix: ComplexArray) -> FloatArray:
-        """Return the real matrix of complex coordinates."""
-        p = self._pairs
-        one, other = matrix[:, :p], matrix[:, p : 2 * p]
-        row = np.hstack((0.5 * (one + other), -0.5j * (one - other), matrix[:, 2 * p :]))
-        return np.vstack((row.real, -row.imag))
-
-
-def _rates(basis: _Basis, own: FloatArray) -> ComplexArray:
-    """Return λ, λ* and real λ with the diagonal of E in a real basis, (columns,)."""
-    p, at = basis.rates.size, np.arange(basis.rates.size)
-    even = own[at, at] + own[p + at, p + at]
-    shift = 0.5 * (even + 1j * (own[at, p + at] - own[p + at, at]))
-    pairs = basis.rates + shift
-    real = basis.reals + np.diag(own)[2 * p :]
-    return np.concatenate((pairs, pairs.conj(), real))
-
-
-def _followed(
-    known: Known, change: FloatArray, part: FloatArray
-) -> tuple[FloatArray, float] | None:
-    """Return P, and a frequency below which no other mode lies; None if there is none.
-
-    `part`: about P.
-    """
-    size = known.lowest.shapes.shape[1]
-    own, across = change[:size, :size], change[:size, size:]
-    back, rest = change[size:, :size], change[size:, size:]
-    rows = _Rows(known.others, known.lowest)
-    count = known.others.rates.size
-    exact = known.others.rates[:, None] - _rates(known.lowest, np.zeros_like(own))
-    near = _rates(known.others, rest)[:count, None] - _rates(known.lowest, own)
-    turned = rows.complex(part)
-    before = np.inf
-    for step in range(_STEPS):
-        miss = back + rest @ part - part @ (own + across @ part)
-        move = (rows.complex(miss) + exact * turned) / near
-        turned = turned - move
-        part = rows.real(turned)
-        moved, whole = float(nla.norm(move)), float(nla.norm(turned))
-        if not np.isfinite(moved) or (step > 3 and moved > _SLOW * before):
-            return None
-        if moved <= _AT_REST * whole:
-            break
-        before = moved
-    else:
-        return None
-    bound = _lowest_other(known, rest - part @ across)
-    return (part, bound) if bound > 0 else None
-
-
-def _lowest_other(known: Known, rest: FloatArray) -> float:
-    """Return the smallest |Im λ| in Gershgorin's discs of the others."""
-    count = known.others.rates.size
-    entries = 0.5 * _Rows(known.others, known.others).complex(rest)
-    at = np.arange(count)
-    centre = (known.others.rates + entries[at, at]).imag
-    radius = np.abs(entries).sum(axis=1) - np.abs(entries[at, at])
-    return float((np.abs(centre) - radius).min())

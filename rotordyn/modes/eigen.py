@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, SpeedMatrices, matrices_at_speed
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, ReadOnlyArrays
+from solidwhirl.rotordyn.core.arrays import (
+    ComplexArray,
+    FloatArray,
+    IntArray,
+    ReadOnlyArrays,
+    real_times,
+)
 from solidwhirl.rotordyn.core.dense import (
     Scaled,
     Spectrum,
@@ -17,6 +24,7 @@ from solidwhirl.rotordyn.core.dense import (
     solve_standing,
 )
 from solidwhirl.rotordyn.core.errors import AnalysisError
+from solidwhirl.rotordyn.core.kept import Kept
 from solidwhirl.rotordyn.core.reprs import hertz
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.modes.damping import damping_ratio, log_decrement
@@ -28,6 +36,11 @@ from solidwhirl.rotordyn.modes.whirl import separated_whirl
 _EQUAL = 1e-6
 # Modes computed beyond those asked for, to see where the last group ends.
 _SPARE = 4
+# Of so few coordinates all modes are computed, which takes hardly longer: others will ask for them.
+_FEW = 128
+# Room for modes that are asked for again: by the diagram, its errors, searches, studies.
+_ROOM_BYTES = 128_000_000
+_MATRICES = 6
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -112,14 +125,47 @@ def modes_at_speed(
         raise AnalysisError(f"speed_rad_s is {speed_rad_s}; it must be finite")
     if count is not None and count < 1:
         raise AnalysisError(f"count is {count}; it must be 1 or more, or None for all")
+    place = assembled, float(speed_rad_s)
+    known = _known.get(place)
+    if known is not None and (known.is_whole or (count is not None and count <= known.asked)):
+        return known.lowest(count)
+    asked = None if assembled.size <= _FEW else count
+    found = _computed(*place, asked)
+    known = _Known(found, asked or assembled.size, asked is None)
+    # the system stays in memory with its modes
+    of_system = _MATRICES * assembled.mass.nbytes + assembled.transformation.nbytes
+    _known.keep(place, known, found.shapes.nbytes + of_system)
+    return known.lowest(count)
+
+
+class _Known(NamedTuple):
+    """Modes at a speed, for how many they were asked, and whether they are all there are."""
+
+    modes: Modes
+    asked: int
+    is_whole: bool
+
+    def lowest(self, count: int | None) -> Modes:
+        """Return the lowest of them, none of equal frequency cut off."""
+        if count is None or count >= self.modes.eigenvalues.size:
+            return self.modes
+        kept = whole_group_count(self.modes.eigenvalues, count)
+        return mode_columns(self.modes, np.arange(kept))
+
+
+_known = Kept[_Known](_ROOM_BYTES)
+
+
+def _computed(assembled: AssembledSystem, speed_rad_s: float, count: int | None) -> Modes:
+    """Compute the lowest modes."""
     matrices = matrices_at_speed(assembled, speed_rad_s)
     n = assembled.size
     wanted = n if count is None else min(count, n)
     solved = min(wanted + _SPARE, n)
-    modes = _lowest_modes(assembled, matrices, float(speed_rad_s), solved)
+    modes = _lowest_modes(assembled, matrices, speed_rad_s, solved)
     kept = whole_group_count(modes.eigenvalues, wanted)
     if kept == solved < n:
-        modes = _lowest_modes(assembled, matrices, float(speed_rad_s), n)
+        modes = _lowest_modes(assembled, matrices, speed_rad_s, n)
         kept = whole_group_count(modes.eigenvalues, wanted)
     if count is None:  # controllers have modes besides those of the n coordinates
         kept = modes.eigenvalues.size
@@ -227,7 +273,7 @@ def _spectrum(
 
 def normalised(shapes: ComplexArray, mass: FloatArray) -> ComplexArray:
     """Scale to unit modal mass and turn the largest entry of each column real."""
-    size = np.sqrt((shapes.conj() * (mass @ shapes)).sum(axis=0).real)
+    size = np.sqrt((shapes.conj() * real_times(mass, shapes)).sum(axis=0).real)
     scaled = shapes / size
     largest = scaled[np.abs(scaled).argmax(axis=0), np.arange(scaled.shape[1])]
     return np.asarray(scaled * (np.abs(largest) / largest))

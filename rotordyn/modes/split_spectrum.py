@@ -125,7 +125,7 @@ class SplitSpectrum(NamedTuple):
     family: IntArray | None
 
 
-class _Part(NamedTuple):
+class SpectrumPart(NamedTuple):
     """Eigenvalues with Im λ > 0, shapes (n, m), real eigenvalues, zeros, sense of whirl."""
 
     values: ComplexArray
@@ -162,7 +162,7 @@ def split_spectrum(
         lateral = _damped(form, scaled, circulating, velocity)
     else:
         lateral = _conservative(form, scaled, speed_rad_s, count)
-    rest = _rest(assembled, matrices, form)
+    rest = unturned_modes(assembled, matrices, form)
     return _joined(lateral, rest, count)
 
 
@@ -173,7 +173,9 @@ def _congruent(lower: Matrix, matrix: Matrix) -> Matrix:
     return np.asarray(0.5 * (result + result.conj().T))
 
 
-def _conservative(form: ComplexForm, scaled: Scaled, speed_rad_s: float, count: int) -> _Part:
+def _conservative(
+    form: ComplexForm, scaled: Scaled, speed_rad_s: float, count: int
+) -> SpectrumPart:
     outer = np.multiply.outer(scaled.scale, scaled.scale)
     lower = la.cholesky(scaled.stiffness, lower=True)
     half = la.solve_triangular(lower, cholesky_of_mass(scaled.mass), lower=True)
@@ -189,7 +191,7 @@ def _conservative(form: ComplexForm, scaled: Scaled, speed_rad_s: float, count: 
     order = np.argsort(-np.abs(inverse), kind="stable")[: min(count, 2 * m)]
     frequencies = 1.0 / inverse[order]
     shapes = scale[:, None] * la.solve_triangular(lower, vectors[:m, order], lower=True, trans="C")
-    return _Part(
+    return SpectrumPart(
         1j * np.abs(frequencies),
         _in_the_round(form, shapes, frequencies > 0),
         np.empty(0),
@@ -200,7 +202,7 @@ def _conservative(form: ComplexForm, scaled: Scaled, speed_rad_s: float, count: 
 
 def _damped(
     form: ComplexForm, scaled: Scaled, stiffness: ComplexArray, velocity: ComplexArray
-) -> _Part:
+) -> SpectrumPart:
     """Solve the general problem of half the size, also of a free body."""
     outer = np.multiply.outer(scaled.scale, scaled.scale)
     found = general_eigenvalues(scaled, outer * stiffness, outer * velocity)
@@ -208,16 +210,23 @@ def _damped(
     values = found.values[nonzero]
     shapes = scaled.scale[:, None] * found.shapes[:, nonzero]
     is_real = np.abs(values.imag) <= _REAL_FRACTION * np.abs(values)
-    forward = values.imag[~is_real] > 0
-    upper = np.where(forward, values[~is_real], values[~is_real].conj())
     # every λ of z stands for itself and its conjugate in the real coordinates
-    return _Part(
-        upper,
-        _in_the_round(form, shapes[:, ~is_real], forward),
-        np.repeat(values.real[is_real], 2),
-        2 * int(np.count_nonzero(~nonzero)),
-        np.where(forward, 1, -1),
+    return whirl_in_the_round(form, values[~is_real], shapes[:, ~is_real])._replace(
+        real=np.repeat(values.real[is_real], 2), zeros=2 * int(np.count_nonzero(~nonzero))
     )
+
+
+def whirl_in_the_round(
+    form: ComplexForm, values: ComplexArray, shapes: ComplexArray
+) -> SpectrumPart:
+    """Return modes of the independent coordinates from those of z.
+
+    `values`: λ of z, none of them real; `shapes`: shape (m, k).
+    """
+    forward = values.imag > 0
+    upper = np.where(forward, values, values.conj())
+    inside = _in_the_round(form, shapes, forward)
+    return SpectrumPart(upper, inside, np.empty(0), 0, np.where(forward, 1, -1))
 
 
 def _in_the_round(form: ComplexForm, shapes: ComplexArray, forward: BoolArray) -> ComplexArray:
@@ -228,12 +237,14 @@ def _in_the_round(form: ComplexForm, shapes: ComplexArray, forward: BoolArray) -
     return form.whirl_shapes(along, against)
 
 
-def _rest(assembled: AssembledSystem, matrices: SpeedMatrices, form: ComplexForm) -> _Part:
+def unturned_modes(
+    assembled: AssembledSystem, matrices: SpeedMatrices, form: ComplexForm
+) -> SpectrumPart:
     """Solve axial motion and torsion."""
     n, at = assembled.size, form.rest
     if not at.size:
         none = np.empty(0, dtype=int)
-        return _Part(np.empty(0, complex), np.empty((n, 0), complex), np.empty(0), 0, none)
+        return SpectrumPart(np.empty(0, complex), np.empty((n, 0), complex), np.empty(0), 0, none)
     block = np.ix_(at, at)
     stiffness, damping = matrices.stiffness[block], matrices.damping[block]
     # the spin couples radial motion of order 0 to torsion
@@ -251,10 +262,10 @@ def _rest(assembled: AssembledSystem, matrices: SpeedMatrices, form: ComplexForm
     shapes[at] = found.shapes
     zeros = 2 * at.size - 2 * found.eigenvalues.size - found.real_eigenvalues.size
     family = np.zeros(found.eigenvalues.size, dtype=int)
-    return _Part(found.eigenvalues, shapes, found.real_eigenvalues, zeros, family)
+    return SpectrumPart(found.eigenvalues, shapes, found.real_eigenvalues, zeros, family)
 
 
-def _joined(lateral: _Part, rest: _Part, count: int) -> SplitSpectrum:
+def _joined(lateral: SpectrumPart, rest: SpectrumPart, count: int) -> SplitSpectrum:
     values = np.concatenate((lateral.values, rest.values))
     order = np.argsort(values.imag, kind="stable")[:count]
     shapes = np.hstack((lateral.shapes, rest.shapes))[:, order]

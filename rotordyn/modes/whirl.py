@@ -18,6 +18,7 @@ from solidwhirl.rotordyn.core.arrays import (
     ComplexArray,
     FloatArray,
     StringArray,
+    real_times,
     together,
 )
 
@@ -87,6 +88,16 @@ def whirl_at_speed(
     "planar": any orbit is made of lines there, and none has a sense.
     """
     directions = whirl_direction(assembled, shapes)
+    return turned_with_speed(assembled, directions, eigenvalues, speed_rad_s)
+
+
+def turned_with_speed(
+    assembled: AssembledSystem,
+    directions: StringArray,
+    eigenvalues: ComplexArray,
+    speed_rad_s: float,
+) -> StringArray:
+    """Return `whirl_direction` of all modes at a speed as `whirl_at_speed` tells it, (m,)."""
     if speed_rad_s == 0:
         near = _equal(eigenvalues)
         lines = (near.sum(axis=1) > 1) | assembled.is_conservative
@@ -188,7 +199,7 @@ def _translation_and_tilt(
 def _interface_motion(assembled: AssembledSystem, shapes: ComplexArray) -> ComplexArray:
     """Return ux, uy, uz, rx, ry, rz of all interface nodes, shape (nodes, 6, m)."""
     rows = interface_rows_of_all(assembled)
-    return np.asarray((rows @ shapes).reshape(len(rows) // 6, 6, shapes.shape[1]))
+    return np.asarray(real_times(rows, shapes).reshape(len(rows) // 6, 6, shapes.shape[1]))
 
 
 # Wanted at every speed of a diagram, and the same for all of them.

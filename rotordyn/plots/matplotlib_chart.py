@@ -93,7 +93,7 @@ def draw_charts(drawn: Sequence[charts.Chart], path: str | Path, title: str) -> 
         below = single and (columns > 1 or bool(drawn[0].marks(charts.Heat)))
         place = "outside lower center" if below else "outside right upper"
         short = "\n".join(note for note in notes if len(note) <= _BESIDE)
-        frame.add_legend(figure, list(grid.flat), short, place, 3 if below else 1)
+        frame.add_legend(figure, figure.axes, short, place, 3 if below else 1)
     frame.write_figure(figure, path)
 
 
@@ -170,6 +170,7 @@ def _draw(figure: Figure, axes: Axes, chart: charts.Chart) -> None:
             case charts.Curve() if part.on_right and chart.right is not None:
                 if not right:
                     right.append(axes.twinx())
+                    right[0].set_yscale("log" if chart.right.is_log else "linear")
                     set_axis(right[0], chart.right, "y")
                 _draw_curve(right[0], part, order)
             case charts.Curve():

@@ -17,6 +17,8 @@ _HALF_POWER = np.sqrt(0.5)
 SUMMIT = 1e-6
 # Accuracy of a half-power point, as a fraction of its distance from the summit.
 _CROSSING = 1e-9
+# Samples beside a summit that are looked at first.
+_NEAR = 64
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -245,8 +247,14 @@ def _crossing(x: FloatArray, y: FloatArray, level: float) -> float:
 
 def _fallen(y: FloatArray, level: float) -> int | None:
     """Return the first sample below a level on the way from a peak, None if it rises before."""
-    rising = np.flatnonzero(np.diff(y) > 0.0)
-    below = np.flatnonzero(y <= level)
-    if not below.size or below[0] == 0 or (rising.size and rising[0] < below[0]):
+    count = _NEAR
+    while True:  # most fall within few samples
+        near = y[:count]
+        rising, below = np.diff(near) > 0.0, near <= level
+        if count >= y.size or rising.any() or below.any():
+            break
+        count *= 4
+    end = int(below.argmax())
+    if not below[end] or end == 0 or rising[:end].any():
         return None
-    return int(below[0])
+    return end

@@ -7,7 +7,6 @@ force at its mount during a run-up.
 from __future__ import annotations
 
 import dataclasses
-import time
 from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
@@ -62,14 +61,6 @@ class ComplexityComparison(ReadOnlyArrays):
     wall_time_s: FloatArray
     responses: tuple[NormalisedResponse, ...]
     diverged: Mapping[str, Divergence]
-
-
-class TimedRun(NamedTuple):
-    """A run-up, how long it took, and its parts as `run_up` put them."""
-
-    run: RunUp
-    wall_time_s: float
-    parts: dict[Hashable, PartRun]
 
 
 def without_modes(element: Superelement) -> Superelement:
@@ -167,15 +158,14 @@ def compare_complexity(
     bands_hz: Sequence[tuple[float, float]],
     record_every: int = 1,
     band_hz: float = 1.0,
-    full: TimedRun | None = None,
+    known: dict[Hashable, PartRun] | None = None,
 ) -> ComplexityComparison:
     """Run up models of the same system and compare the force through one bearing.
 
     `variants`: models by name; the first one is the full model that the others are measured by.
     `bearing`: the mount, without rigid components; `bands_hz`: lower and upper end of each band of
     frequency in which responses are compared. `band_hz`: see `normalised_response`; the response is
-    that along x. `full`: the run of the full model where it is known, by the same profile,
-    unbalances and steps, with neither gravity nor drives; its parts serve the others.
+    that along x. `known`: parts of other runs of the same machine, as of `run_up`.
 
     Raises AnalysisError if there is no model, a band has no meaning or no frequency of the record
     in it, an argument of the run has no meaning, or the full model diverges.
@@ -185,26 +175,18 @@ def compare_complexity(
     bands = _checked_bands(bands_hz)
     measured: dict[str, _Measured] = {}
     diverged: dict[str, Divergence] = {}
-    # models share the parts of the machine that are the same in them and record the same
-    known, outputs = ({}, ()) if full is None else (dict(full.parts), full.run.outputs)
     run_of = partial(
         run_up,
-        known=known,
+        known={} if known is None else known,  # models share what is the same in them
         step_s=step_s,
         record_every=record_every,
-        outputs=outputs,
         bearings=[bearing],
     )
     for name, system in variants.items():
-        if full is not None and not measured:
-            run, spent, _ = full
-        else:
-            begun = time.perf_counter()
-            run = run_of(system, profile, unbalances)
-            spent = time.perf_counter() - begun
+        run = run_of(system, profile, unbalances)
         if run.stopped is None:
             response = normalised_response(run, bearing, "x", band_hz)
-            measured[name] = _Measured(_peak_force_n(run, bearing), response, spent)
+            measured[name] = _Measured(_peak_force_n(run, bearing), response, run.wall_time_s)
         elif measured:
             diverged[name] = run.stopped
         else:

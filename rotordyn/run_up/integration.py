@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, fields
 from functools import partial
@@ -157,13 +158,13 @@ def run_up(
     φ, sin φ) + ω' (sin φ, −cos φ)] on each body, ω = ratio Ω, φ = ratio ∫Ω dt + phase.
 
     `profile`: Ω(t) of the reference shaft; its breakpoints must be whole steps. `unbalances`: may
-    be empty. `known`: parts of other models of the same machine, run with the same arguments from
-    rest: what is the same is taken from there, what is not is put there. `settings`: fields of
-    `RunSettings`, of which `step_s` must be given. At a breakpoint forces are those just before it.
-    A run that diverges stops: where a mode grows and an interface has moved by more than the length
-    of the longest body. Its profile, times and records end there. Raises AnalysisError if an
-    argument has no meaning, or the step is too long for the profile or the unbalance; AssemblyError
-    if a body or interface does not exist or lacks a component.
+    be empty. `known`: parts of other runs of the same machine, and of models of it with the same
+    bearings and speeds: what is the same is taken from there, what is not is put there. `settings`:
+    fields of `RunSettings`, of which `step_s` must be given. At a breakpoint forces are those just
+    before it. A run that diverges stops: where a mode grows and an interface has moved by more than
+    the length of the longest body. Its profile, times and records end there. Raises AnalysisError
+    if an argument has no meaning, or the step is too long for the profile or the unbalance;
+    AssemblyError if a body or interface does not exist or lacks a component.
 
     In a block of steps Ω is frozen at its middle (exponential midpoint rule, the Magnus method of
     second order: Hochbruck and Ostermann 2010, Acta Numerica 19, section 5; Iserles, Munthe-Kaas,
@@ -204,6 +205,7 @@ def run_up(
         final=_final(assembled.transformation, parts, runs),
         notes=_notes(assembled, profile),
         stopped=stopped,
+        wall_time_s=sum(run.wall_time_s for run in runs),
     )
 
 
@@ -222,10 +224,12 @@ def _runs(
     """Return the run of each part; what is known is taken, what is not is put there."""
     runs = []
     for part in parts:
-        key = (_key(assembled, part.coordinates), tuple(how.outputs), tuple(how.bearings))
-        if key not in known:
-            known[key] = _integrated(assembled, profile, part, how, start)
-        runs.append(known[key])
+        key = _key(assembled, profile, part, how, start)
+        found = known.get(key)
+        if found is None or not found.has(how):
+            found = _integrated(assembled, profile, part, how, start)
+            known[key] = found
+        runs.append(found.of(how))
     return runs
 
 
@@ -251,19 +255,31 @@ def _final(
     return MotionState(displacement=state[0], velocity=state[1])
 
 
-def _key(assembled: AssembledSystem, coordinates: IntArray) -> Hashable:
-    """Return what tells a part from those of other models of a machine.
+def _key(
+    assembled: AssembledSystem,
+    profile: SpeedProfile,
+    part: _LoadedPart,
+    how: RunSettings,
+    start: MotionState,
+) -> Hashable:
+    """Return what tells a part from those of other runs and models of a machine.
 
-    Bodies that move in it, which of their coordinates do, and in how many ways: joints and speeds
-    are those of the machine.
+    Bodies that move in it, which of their coordinates do, and in how many ways, its loads and its
+    start, and how it is integrated: joints and speeds are those of the machine.
     """
-    rows = assembled.transformation[:, coordinates].any(axis=1)
+    at, (turning, steady, torsion) = part.coordinates, part.loads
+    rows = assembled.transformation[:, at].any(axis=1)
     bodies = tuple(
         (name, rotor.element)
         for name, rotor in assembled.system.rotors.items()
         if rows[assembled.body_slices[name]].any()
     )
-    return coordinates.size, rows.tobytes(), bodies
+    numbers = (
+        *(profile.times_s, profile.speeds_rad_s, turning.ratios, turning.columns, steady, torsion),
+        *(start.displacement[at], start.velocity[at], rows),
+    )
+    steps = float(how.step_s), int(how.record_every), float(how.phase_error_rad)
+    return at.size, bodies, steps, *(tuple(np.ravel(array).tolist()) for array in numbers)
 
 
 class _Loads(NamedTuple):
@@ -321,8 +337,12 @@ def _loaded_parts(
 class PartRun(NamedTuple):
     """What a part adds to a run.
 
-    `final`: its last state on the stacked coordinates, (N,) each; `stopped`: where it diverged.
+    `outputs`, `bearings`: what `motion` holds; `final`: its last state on the stacked coordinates,
+    (N,) each; `stopped`: where it diverged; `wall_time_s`: of its integration.
     """
+
+    outputs: tuple[End, ...]
+    bearings: tuple[str, ...]
 
     motion: RecordedMotion
     longest_block: int
@@ -330,6 +350,27 @@ class PartRun(NamedTuple):
     balance_error: float
     final: MotionState
     stopped: Divergence | None
+    wall_time_s: float
+
+    def has(self, how: RunSettings) -> bool:
+        """Whether it holds all that is to be recorded."""
+        return {*how.outputs} <= {*self.outputs} and {*how.bearings} <= {*self.bearings}
+
+    def of(self, how: RunSettings) -> PartRun:
+        """Return it with that alone."""
+        outputs, bearings = tuple(how.outputs), tuple(how.bearings)
+        if (outputs, bearings) == (self.outputs, self.bearings):
+            return self
+        ends = [self.outputs.index(end) for end in outputs]
+        held = [self.bearings.index(name) for name in bearings]
+        places, rates, forces = self.motion
+        motion = RecordedMotion(_some(places, ends), _some(rates, ends), _some(forces, held))
+        return self._replace(outputs=outputs, bearings=bearings, motion=motion)
+
+
+def _some(records: FloatArray, at: list[int]) -> FloatArray:
+    """Return some of the records (…, 6, s), with no instants where there are none."""
+    return records[at] if at else records[:0, :, :0]
 
 
 def _integrated(
@@ -340,6 +381,7 @@ def _integrated(
     start: MotionState,
 ) -> PartRun:
     """Integrate the motion of a part."""
+    begun = time.perf_counter()
     run = _prepared(assembled, profile, part, how, start)
     plan, stride = run.plan, run.plan.stride
     recorder = Recorder(plan, int(how.record_every), how.outputs, how.bearings)
@@ -357,6 +399,8 @@ def _integrated(
             break
     final = plan.motion(states)
     return PartRun(
+        outputs=tuple(how.outputs),
+        bearings=tuple(how.bearings),
         motion=recorder.motion(),
         longest_block=longest,
         energy=recorder.energy(),
@@ -366,6 +410,7 @@ def _integrated(
             velocity=assembled.transformation @ final.velocity,
         ),
         stopped=stopped,
+        wall_time_s=time.perf_counter() - begun,
     )
 
 

@@ -96,7 +96,8 @@ class RunUp:
     `notes`: doubts about validity, one sentence each; `balance_error`: largest force that is left
     over at some of the records, over the largest force there, in the system straight from its
     parts; None where it was not looked at. `stopped`: where the run diverged and was stopped; None
-    if it went on to the end.
+    if it went on to the end. `wall_time_s`: of the integration, also where the run of another model
+    did some of it.
     """
 
     profile: SpeedProfile
@@ -118,6 +119,7 @@ class RunUp:
     energy: EnergyBalance
     final: MotionState
     notes: tuple[str, ...]
+    wall_time_s: float
     balance_error: float | None = None
     stopped: Divergence | None = None
 

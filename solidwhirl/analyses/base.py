@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cache, cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple
@@ -25,6 +25,7 @@ from solidwhirl.rotordyn.plots.chart import Chart
 if TYPE_CHECKING:
     from solidwhirl.rotordyn import AssembledSystem, Campbell
     from solidwhirl.rotordyn.asymmetric import RotatingSystem
+    from solidwhirl.rotordyn.run_up.integration import PartRun
 
 Points = Annotated[Count, Field(ge=2, le=20001)]
 Places = Annotated[tuple[Place, ...], Field(min_length=1, max_length=MOST)]
@@ -157,6 +158,8 @@ class Engine:
     #: Results of this engine, and of the one with its bodies on a level
     #: (`solidwhirl.analyses.kinds.level_comparison.LevelResults`)
     levels: Callable[[str], tuple[Any, Any]]
+    #: Parts of run-ups of this engine, which analyses share (`rotordyn.run_up.integration.run_up`)
+    run_ups: dict[Hashable, PartRun] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

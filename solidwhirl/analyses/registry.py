@@ -44,6 +44,7 @@ _RECORDS = {
     "asymmetric_response": "kinds.asymmetric_response:AsymmetricResponseSpec",
     "nonlinear_response": "kinds.nonlinear_response:NonlinearResponseSpec",
     "level_comparison": "kinds.level_comparison:LevelComparisonSpec",
+    "impact_test": "measured.impact_test:ImpactTestSpec",
 }
 
 
@@ -113,6 +114,7 @@ if TYPE_CHECKING:
     from solidwhirl.analyses.kinds.stiffness_study import StiffnessStudySpec
     from solidwhirl.analyses.kinds.unbalance_response import UnbalanceResponseSpec
     from solidwhirl.analyses.kinds.waterfall import WaterfallSpec
+    from solidwhirl.analyses.measured.impact_test import ImpactTestSpec
     from solidwhirl.analyses.recovery.analysis import RecoverySpec
 
     # `spec.kind == "run_up"` tells which record it is, without an import
@@ -137,6 +139,7 @@ if TYPE_CHECKING:
         | AsymmetricResponseSpec
         | NonlinearResponseSpec
         | LevelComparisonSpec
+        | ImpactTestSpec
     )
 else:
     AnalysisSpec = Annotated[Analysis, _ByKind()]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -75,23 +75,23 @@ def beam_element_of(
 
 def beam_variants(
     body: Body, *, components: Sequence[Component] = _LATERAL, modes: int | None = MODES
-) -> tuple[Superelement, ...]:
+) -> Iterator[Superelement]:
     """Build the models of a body whose spread tells how far beam theory can be trusted.
 
-    In the order of `error.VARIANTS`, the first one that of `beam_element_of`; all have the same
-    coordinates but for the frequencies of their modes. The others do not know their mass moments.
-    Raises BeamLevelError, GeometryError as `beam_element_of`.
+    In the order of `error.VARIANTS`, the first one that of `beam_element_of`, each made when it is
+    asked for; all have the same coordinates but for the frequencies of their modes. The others do
+    not know their mass moments. Raises BeamLevelError, GeometryError as `beam_element_of`.
     """
     layout = _layout(body, components, None)
-    found: list[Superelement] = []
-    for variant in VARIANTS:
+    model = _model(body, layout, components, VARIANTS[0], modes)
+    nominal = _element(body, model, _rings(model))
+    yield nominal
+    for variant in VARIANTS[1:]:
         if variant.centrifugal_rule == "none":
-            zero = np.zeros_like(found[0].mass)
-            found.append(replace(found[0], stress_stiffening=zero, spin_softening=zero))
-            continue
-        model = _model(body, layout, components, variant, modes)
-        found.append(_element(body, model, () if found else _rings(model)))
-    return tuple(found)
+            zero = np.zeros_like(nominal.mass)
+            yield replace(nominal, stress_stiffening=zero, spin_softening=zero)
+        else:
+            yield _element(body, _model(body, layout, components, variant, modes), ())
 
 
 def _layout(body: Body, components: Sequence[Component], element_length_m: float | None) -> Layout:

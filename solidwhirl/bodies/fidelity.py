@@ -2,35 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 
-import numpy as np
-
-from solidwhirl.beams.error import beam_theory_error
+from solidwhirl.beams.error import VARIANTS, beam_theory_error
 from solidwhirl.beams.profile import BeamLevelError
-from solidwhirl.beams.scene_bodies import BeamBodies, beam_bodies
+from solidwhirl.beams.scene_bodies import beam_models
 from solidwhirl.bodies.beams_tried import beams_are_tried
 from solidwhirl.bodies.refinement import asked_modes, sample_speeds
 from solidwhirl.geometry import Body
 from solidwhirl.model.effects import make_plan
 from solidwhirl.model.plan_records import Plan
 from solidwhirl.model.system_parts import engine_of, simple_elements
-from solidwhirl.rotordyn import modes_at_speed
+from solidwhirl.rotordyn import Superelement, modes_at_speed
+from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.scene.records import Scene
 
 # Beams are taken if their estimate is that much better than what is asked: the estimate of beam
 # theory is a spread of models, not a bound.
 _RESERVE = 0.5
 
-# Makes the beam models of bodies, their variants with them.
-Beams = Callable[[Scene, Plan, Mapping[str, Body]], BeamBodies]
+# Makes the beam models of bodies, then their variants, each when it is asked for.
+Beams = Callable[[Scene, Plan, Mapping[str, Body]], Iterable[Mapping[str, Superelement]]]
 
 
-def _estimated_beams(scene: Scene, plan: Plan, bodies: Mapping[str, Body]) -> BeamBodies:
-    return beam_bodies(scene, plan, bodies, estimated=True)
-
-
-def chosen_level(scene: Scene, bodies: Mapping[str, Body], beams: Beams = _estimated_beams) -> str:
+def chosen_level(scene: Scene, bodies: Mapping[str, Body], beams: Beams = beam_models) -> str:
     """Choose the cheapest level that is accurate enough, where the scene says "auto".
 
     Beams cost milliseconds and tell their own error; where that is not good enough, the harmonic
@@ -48,21 +43,21 @@ def chosen_level(scene: Scene, bodies: Mapping[str, Body], beams: Beams = _estim
 def _beams_suffice(scene: Scene, bodies: Mapping[str, Body], make: Beams) -> bool:
     trial = scene.model_copy(update={"model": scene.model.model_copy(update={"level": "beam"})})
     plan = make_plan(trial, bodies)
+    simple, speeds, asked = simple_elements(trial, plan), sample_speeds(plan), asked_modes(trial)
+    found: list[list[FloatArray]] = []  # of each model, at each speed
     try:
-        beams = make(trial, plan, bodies)
+        for own in make(trial, plan, bodies):
+            system = engine_of(trial, plan, {**simple, **own})
+            found.append([modes_at_speed(system, speed).frequency_hz for speed in speeds])
+            counts = [asked.number_of(frequencies) for frequencies in found[0]]
+            if any(f.size < count for f, count in zip(found[-1], counts, strict=True)):
+                return False
+            # models that are not made yet count as the first one: the error is no less
+            models = found + found[:1] * (len(VARIANTS) - len(found))
+            for k, count in enumerate(counts):
+                errors = beam_theory_error([model[k][:count] for model in models])
+                if errors.max(initial=0.0) > _RESERVE * scene.model.accuracy:
+                    return False
     except BeamLevelError:
         return False
-    simple = simple_elements(trial, plan)
-    systems = [
-        engine_of(trial, plan, {**simple, **own}) for own in (beams.elements, *beams.variants)
-    ]
-    asked = asked_modes(trial)
-    for speed in sample_speeds(plan):
-        found = [modes_at_speed(s, speed).frequency_hz for s in systems]
-        count = asked.number_of(found[0])
-        if min(len(f) for f in found) < count:
-            return False
-        errors = beam_theory_error(np.array([f[:count] for f in found])) if count else np.zeros(1)
-        if errors.max() > _RESERVE * scene.model.accuracy:
-            return False
     return True

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 from typing import Any
+
+import typer
 
 from solidwhirl.commands.options import Accuracy, AsJson, Level, SceneFile, chosen_scene, examples
 from solidwhirl.console.guard import guarded
@@ -61,23 +64,20 @@ def plan(
             }
             print_document(document)
             return
-        from solidwhirl.output.plan_text import Costs, cost_text, plan_text
+        from solidwhirl.console.plain_text import plain_text
+        from solidwhirl.output.plan_text import Costs, cost_parts, plan_parts
         from solidwhirl.scene.sweep import nominal_text
 
-        text = plan_text(decided, doubts, Costs(expected, effects))
-        if chosen.sweep is not None:
-            text = f"{nominal_text(str(scene), chosen.sweep)}\n\n{text}"
-        text += "\n\n" + cost_text(expected)
+        nominal = [] if chosen.sweep is None else [nominal_text(str(scene), chosen.sweep)]
+        planned = plan_parts(decided, doubts, Costs(expected, effects))
+        typer.echo(plain_text([*nominal, *planned, *cost_parts(expected)], _width()))
         if not machine.calibrated:
-            text += "\n\n`solidwhirl doctor --calibrate` makes it right for this machine, in 20 s."
-        _print_markdown(text)
+            said = "`solidwhirl doctor --calibrate` makes it right for this machine, in 20 s."
+            typer.echo(f"\n{said}")
 
     guarded(scene, work)
 
 
-def _print_markdown(text: str) -> None:
-    """Print a text as it looks best, on lines that are long where no terminal limits them."""
-    from rich.console import Console
-    from rich.markdown import Markdown
-
-    Console(width=None if sys.stdout.isatty() else 200).print(Markdown(text))
+def _width() -> int:
+    """Of the terminal; lines are long where none limits them."""
+    return shutil.get_terminal_size().columns if sys.stdout.isatty() else 200

@@ -12,6 +12,10 @@ import numpy as np
 
 def plain_data(value: Any) -> Any:
     """Return lists, names and numbers for nested records; null for numbers that JSON has not."""
+    if type(value) is float:  # most are
+        return value if math.isfinite(value) else None
+    if value is None or isinstance(value, str | int):
+        return value
     if isinstance(value, Mapping):
         return {str(key): plain_data(v) for key, v in value.items()}
     if isinstance(value, np.ndarray | np.generic):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -47,14 +47,22 @@ def analysis_costs(
     size: EngineSize,
     bodies: Mapping[str, Cost],
     machine: Machine = REFERENCE,
+    on_level: Callable[[str], AnalysisCost] = lambda level: AnalysisCost(
+        seconds=0.0, memory_gib=0.0
+    ),
 ) -> dict[str, AnalysisCost]:
-    """Predict what each analysis costs, by its name; `bodies`: cost of each in its last round."""
+    """Predict what each analysis costs, by its name.
+
+    `bodies`: cost of each in its last round; `on_level`: of the engine with them on another level.
+    """
 
     def cost(spec: AnalysisSpec) -> AnalysisCost:
         if spec.kind == "nodal_diameters":
             return _nodal_diameters(scene, plan, spec, bodies[spec.body])
         if spec.kind == "recovery":
             return _recovery(spec, bodies, machine)
+        if spec.kind == "level_comparison":
+            return on_level(spec.level)
         work = spec.work(size)
         spent = machine.factor("dense") * seconds_of(work, size)
         return AnalysisCost(seconds=spent, memory_gib=memory_gib(work, size))

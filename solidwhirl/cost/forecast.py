@@ -24,6 +24,8 @@ from solidwhirl.meshing.own.prediction import (
     predict_refined,
     predict_revolved,
 )
+from solidwhirl.model.at_level import alone_at_level
+from solidwhirl.model.effects import make_plan
 from solidwhirl.model.plan_records import BodyPlan, Plan
 from solidwhirl.model.resolution import choose_resolution
 from solidwhirl.scene.records import Scene
@@ -111,10 +113,32 @@ def forecast(
     return Forecast(
         first=first,
         last=last,
-        analyses=analysis_costs(scene, plan, size, (last or first).bodies, machine),
+        analyses=analysis_costs(
+            scene,
+            plan,
+            size,
+            (last or first).bodies,
+            machine,
+            lambda level: _on_level(scene, bodies, level, machine),
+        ),
         start_s=start_s(scene, bodies, machine),
         writing=writing(scene, plan, whole.unknowns, machine),
     )
+
+
+def _on_level(
+    scene: Scene, bodies: Mapping[str, AnyBody], level: str, machine: Machine
+) -> AnalysisCost:
+    """Cost of the engine with its bodies on another level, as `level_comparison` computes it.
+
+    Bodies that are on it already are found again.
+    """
+    other = alone_at_level(scene, level)
+    drawn = {name: body for name, body in bodies.items() if isinstance(body, Body)}
+    found = forecast(other, make_plan(other, drawn, level), bodies, machine=machine)
+    around = found.start_s + found.writing.files_s + found.writing.page_s
+    memory = max(found.peak_memory_gib - BASE_GIB, 0.0)
+    return AnalysisCost(seconds=found.seconds - around, memory_gib=memory)
 
 
 def _finer(

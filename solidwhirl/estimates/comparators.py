@@ -22,6 +22,7 @@ from solidwhirl.bodies.reduction import (
 from solidwhirl.geometry import Body, GeometryError, Interface
 from solidwhirl.meshing import MeshingError
 from solidwhirl.meshing.imported.records import MeshedBody
+from solidwhirl.model.at_level import at_level
 from solidwhirl.model.effects import make_plan
 from solidwhirl.model.mesh_bodies import described, made_mesh
 from solidwhirl.model.plan_records import BodyPlan, Plan
@@ -126,23 +127,6 @@ def _flipped(interface: Interface) -> Interface:
         return replace(interface, coupling="distributing" if rigid else "rigid")
     except GeometryError:
         return interface
-
-
-def at_level(scene: Scene, level: str, accuracy: float) -> Scene:
-    """Return the scene with another level and accuracy, mesh and basis free."""
-    model = scene.model.model_copy(
-        update={
-            "level": level,
-            "accuracy": accuracy,
-            "order": None,
-            "size_m": None,
-            "corner_size_m": None,
-            "growth": None,
-            "modes": None,
-        }
-    )
-    bodies = {n: b.model_copy(update={"modes": None}) for n, b in scene.bodies.items()}
-    return scene.model_copy(update={"model": model, "bodies": bodies})
 
 
 def _unestimated(scene: Scene, plan: Plan, body: Body, chosen: Discretisation) -> Superelement:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,9 +11,14 @@ import numpy as np
 from solidwhirl.cache.files import StageStore
 from solidwhirl.core.errors import SceneError
 from solidwhirl.geometry import GeometryError, mass_properties
-from solidwhirl.identify.problem import DIGITS, Problem, is_mass_target
+from solidwhirl.identify.problem import DIGITS, Problem
+from solidwhirl.identify.rows import scaled_to
+from solidwhirl.identify.targets import TargetSpec, is_mass_target
 from solidwhirl.model.bodies import build_bodies
+from solidwhirl.rotordyn import AssembledSystem
 from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.modal_test.families import mode_families
+from solidwhirl.rotordyn.modal_test.places import interface_direction
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_reading.reader import parse_scene
 
@@ -38,9 +43,10 @@ class Model:
     given, so that a search that repeats the same points continues where it was interrupted.
 
     `progress`: called with one line per evaluation.
-    `given`: the problem's own start, (n,). `mass_rows`: which targets have closed forms,
-    (targets,). `limit`: evaluations of the whole model that are allowed; None for any number.
-    `infeasible`: messages of the points without a model, in order, mass evaluations included.
+    `given`: the problem's own start, (n,). `mass_rows`, `fit_rows`: which numbers of the targets
+    have closed forms, and which decide the result, (rows,). `limit`: evaluations of the whole model
+    that are allowed; None for any number. `infeasible`: messages of the points without a model, in
+    order, mass evaluations included.
     """
 
     def __init__(
@@ -53,13 +59,11 @@ class Model:
         self.problem = problem
         self.infeasible: list[str] = []
         self.limit: int | None = spec.settings.maximum_evaluations
-        self.mass_rows = np.array([is_mass_target(t) for t in spec.targets])
+        self.mass_rows, self.fit_rows = problem.rows.is_mass, problem.rows.is_fitted
         self._progress = progress
         self._lower = np.array([p.lower for p in spec.parameters])
         self._range = np.array([p.upper - p.lower for p in spec.parameters])
         self.given = self.point({p.name: p.start for p in spec.parameters})
-        self._wanted = np.array([t.value for t in spec.targets])
-        self._tolerance = np.array([t.tolerance for t in spec.targets])
         self._store = store
         self._known: dict[tuple[Any, ...], list[float] | str] = {}
         self._asked: set[tuple[Any, ...]] = set()
@@ -81,8 +85,8 @@ class Model:
         return np.asarray((found - self._lower) / self._range)
 
     def deviations(self, quantities: FloatArray) -> FloatArray:
-        """Return the deviations of the targets in units of their tolerances, (targets,)."""
-        return np.asarray((quantities / self._wanted - 1.0) / self._tolerance)
+        """Return the deviations of the targets in units of their tolerances, (rows,)."""
+        return self.problem.rows.deviations(quantities)
 
     def masses(self, point: FloatArray) -> FloatArray:
         """Return the targets' quantities with nan for those that are not in closed form.
@@ -117,8 +121,8 @@ class Model:
             self.infeasible.append(str(error))
             self._progress(f"{head}: no model: {error}")
             raise
-        deviation = np.abs(found / self._wanted - 1.0)
-        worst = self.problem.spec.targets[int(deviation.argmax())].name
+        deviation = np.abs(self.problem.rows.parts(found))
+        worst = self.problem.rows.name[int(deviation.argmax())]
         self._progress(
             f"{head} at accuracy {accuracy:g}: {worst} deviates most, by {deviation.max():.2%}"
         )
@@ -157,7 +161,8 @@ class Model:
         """Quantities, or why there is no model."""
         try:
             data = self.problem.scene_at(values)
-            data = lean_scene(data) if kind == "whole" else data
+            seen = [place for target in self.problem.spec.targets for place in target.at]
+            data = lean_scene(data, seen) if kind == "whole" else data
             found = _masses(self.problem, data)
             if self.problem.needs_model:
                 _fill_frequencies(self.problem, data, accuracy, found)
@@ -170,19 +175,21 @@ class Model:
 def _masses(problem: Problem, data: Mapping[str, Any]) -> FloatArray:
     """Closed-form mass properties; nan for the other targets."""
     bodies = build_bodies(parse_scene(dict(data), problem.path, folder=problem.folder))
-    wanted = {t.body for t in problem.spec.targets if is_mass_target(t)}
+    targets, rows = problem.spec.targets, problem.rows
+    wanted = {t.body for t in targets if is_mass_target(t)}
     properties = {name: mass_properties(bodies[name]) for name in bodies if name in wanted}
-    found = np.full(len(problem.spec.targets), np.nan)
-    for k, t in enumerate(problem.spec.targets):
-        if is_mass_target(t):
-            found[k] = np.atleast_1d(getattr(properties[str(t.body)], t.quantity))[-1]
+    found = np.full(len(rows.target), np.nan)
+    for row, k in enumerate(rows.target):
+        if rows.is_mass[row]:
+            quantity = getattr(properties[str(targets[k].body)], targets[k].quantity)
+            found[row] = np.atleast_1d(quantity)[-1]
     return found
 
 
 def _fill_frequencies(
     problem: Problem, data: Mapping[str, Any], accuracy: float, found: FloatArray
 ) -> None:
-    """Compute the natural frequencies that targets ask for."""
+    """Compute the natural frequencies and shapes that targets ask for."""
     from solidwhirl.pipeline.run import run_scene
     from solidwhirl.rotordyn import modes_at_speed
 
@@ -199,7 +206,27 @@ def _fill_frequencies(
                 raise InfeasibleError(
                     f"target {t.name!r}: mode {t.mode} of {len(frequencies)} that the model has"
                 )
-            found[k] = frequencies[t.mode - 1]
+            rows = np.array(problem.rows.target) == k
+            hertz = frequencies[t.mode - 1]
+            found[rows] = _shape(results.system, t, hertz) if t.shape else hertz
+
+
+def _shape(system: AssembledSystem, target: TargetSpec, frequency_hz: float) -> FloatArray:
+    """Return the motion of places in a mode at rest, in the scale of the measured shape.
+
+    Of modes in two planes it is the one along the direction of the target.
+    """
+    from solidwhirl.analyses.unbalances import end_of
+
+    families = mode_families(system)
+    if not families.count:
+        raise InfeasibleError(f"target {target.name!r}: the model has no lateral modes")
+    direction = np.array([1.0, 0.0] if target.direction == "x" else [0.0, 1.0])
+    ends = [end_of(place) for place in target.at]
+    rows = np.array([interface_direction(system, e.body, e.interface, direction) for e in ends])
+    nearest = int(np.abs(families.lateral_hz - frequency_hz).argmin())
+    left, singular, _ = np.linalg.svd(families.motion(rows, nearest), full_matrices=False)
+    return scaled_to(left[:, 0] * singular[0], np.array(target.shape))
 
 
 def model_scene(
@@ -216,19 +243,24 @@ def model_scene(
     return parse_scene(data, problem.path, folder=problem.folder)
 
 
-def lean_scene(data: Mapping[str, Any]) -> dict[str, Any]:
-    """The scene without interfaces that nothing uses: they add no stiffness, but cost time."""
+def lean_scene(data: Mapping[str, Any], seen: Sequence[str] = ()) -> dict[str, Any]:
+    """The scene without interfaces that nothing uses: they add no stiffness, but cost time.
+
+    `seen`: places that are kept all the same.
+    """
     joints = [*data.get("bearings", []), *data.get("gears", [])]
-    used = {joint.get(end) for joint in joints for end in ("first", "second")}
+    used = {joint.get(end) for joint in joints for end in ("first", "second")} | {*seen}
     lean = copy.deepcopy(dict(data))
     lean.pop("analyses", None)  # they may name the interfaces that go
     for name, body in lean.get("bodies", {}).items():
         disks = {disk["interface"] for disk in body.get("rigid_disks", [])}
-        body["interfaces"] = [
+        every = body.get("interfaces", [])
+        kept = [
             i
-            for i in body.get("interfaces", [])
+            for i in every
             if f"{name}.{i['name']}" in used
             or i["name"] in disks
             or i.get("coupling", "distributing") == "rigid"
         ]
+        body["interfaces"] = kept or every[:1]  # a body that hangs free has one all the same
     return lean

@@ -6,13 +6,23 @@ import hashlib
 import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import Field, ValidationError
 
 from solidwhirl.core.errors import SceneError, repeated
 from solidwhirl.core.fields import Count, Finite, Name, Note, NotNegative, Title
+from solidwhirl.identify.rows import Rows, rows_of
+from solidwhirl.identify.targets import (
+    ProblemRecord,
+    TargetSpec,
+    data_problems,
+    is_mass_target,
+    is_measured,
+    target_problems,
+)
 from solidwhirl.scene_reading.paths import Place, PlaceError, choice, find_place, with_values
 from solidwhirl.scene_reading.reader import explained, load_toml, parse_scene
 
@@ -23,13 +33,6 @@ _DECIMALS = 10
 # Entries of a list.
 _MOST = 1000
 PlaceText = Annotated[str, Field(max_length=300)]
-Share = Annotated[float, Field(gt=0, le=0.5, strict=True)]
-
-
-class ProblemRecord(BaseModel):
-    """Base of all records of a problem file: frozen, no unknown keys."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=False)
 
 
 class ParameterSpec(ProblemRecord):
@@ -49,25 +52,6 @@ class DerivedSpec(ProblemRecord):
     places: Annotated[tuple[PlaceText, ...], Field(min_length=1, max_length=_MOST)]
     terms: Annotated[dict[Name, Finite], Field(min_length=1)]
     constant: Finite = 0.0
-
-
-class TargetSpec(ProblemRecord):
-    """A quantity and the value that it should have."""
-
-    name: Name
-    quantity: Literal[
-        "mass_kg",
-        "center_of_gravity_m",
-        "polar_inertia_kg_m2",
-        "diametral_inertia_kg_m2",
-        "frequency_hz",
-    ]
-    value: Finite
-    tolerance: Share = 1e-3
-    body: Name | None = None
-    mode: Count | None = None
-    speed_rpm: NotNegative = 0.0
-    source: Title = ""
 
 
 class SettingsSpec(ProblemRecord):
@@ -93,7 +77,7 @@ class ProblemSpec(ProblemRecord):
     parameters: Annotated[tuple[ParameterSpec, ...], Field(min_length=1, max_length=_MOST)]
     derived: Annotated[tuple[DerivedSpec, ...], Field(max_length=_MOST)] = ()
     targets: Annotated[tuple[TargetSpec, ...], Field(min_length=1, max_length=_MOST)]
-    comments: Annotated[dict[PlaceText, Title], Field(max_length=_MOST)] = {}
+    comments: dict[PlaceText, Title] = Field(default_factory=dict, max_length=_MOST)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -109,6 +93,21 @@ class Problem:
     def folder(self) -> Path:
         """Where files that the scene names are looked for."""
         return (self.path.parent / self.spec.scene).parent
+
+    @cached_property
+    def rows(self) -> Rows:
+        """Numbers that the targets want."""
+        return rows_of(self.spec.targets)
+
+    @property
+    def is_measured(self) -> bool:
+        """Whether the targets are measurements with their uncertainty."""
+        return is_measured(self.spec.targets)
+
+    @property
+    def prior(self) -> float:
+        """Weight of the pull towards the starts; measurements decide alone."""
+        return 0.0 if self.is_measured else self.spec.settings.prior
 
     @property
     def needs_model(self) -> bool:
@@ -139,11 +138,6 @@ class Problem:
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
-def is_mass_target(target: TargetSpec) -> bool:
-    """Whether a target has a closed form in the geometry alone."""
-    return target.quantity != "frequency_hz"
-
-
 def read_problem(path: str | Path) -> Problem:
     """Read and check an identification problem and its scene.
 
@@ -163,10 +157,13 @@ def read_problem(path: str | Path) -> Problem:
     ):  # a device or pipe that a file names would be waited for
         raise SceneError(path, [f"scene: {spec.scene!r} is no file ({scene_path})"])
     scene = load_toml(scene_path)
-    parse_scene(scene, scene_path)
+    interfaces = parse_scene(scene, scene_path).interface_names()
     places: dict[str, Place] = {}
     problems = [*_parameter_problems(spec), *_place_problems(spec, scene, places)]
-    problems += _target_problems(spec, scene)
+    ends = [f"{body}.{name}" for body, names in interfaces.items() for name in names]
+    problems += target_problems(spec.targets, list(scene.get("bodies", {})), ends)
+    prior_is_set = "prior" in spec.settings.model_fields_set and spec.settings.prior > 0.0
+    problems += data_problems(spec.targets, len(spec.parameters), prior_is_set)
     if problems:
         raise SceneError(path, problems)
     problem = Problem(path=path, spec=spec, scene=scene, places=places)
@@ -224,31 +221,3 @@ def _place_problems(
             places[text] = find_place(scene, text)
         except PlaceError as error:
             yield f"comments: {error}"
-
-
-def _target_problems(spec: ProblemSpec, scene: Mapping[str, Any]) -> Iterator[str]:
-    bodies = list(scene.get("bodies", {}))
-    yield from repeated("targets", [t.name for t in spec.targets])
-    wanted: dict[tuple[Any, ...], int] = {}
-    for k, t in enumerate(spec.targets):
-        where = f"targets[{k}]"
-        first = wanted.setdefault((t.quantity, t.body, t.mode, t.speed_rpm), k)
-        if first != k:
-            yield f"{where}: the same quantity as targets[{first}]; give it once"
-        if t.value == 0.0:
-            yield f"{where}.value: 0; deviations are relative, so the value may not be zero"
-        yield from (f"{where}.{text}" for text in _quantity_problems(t, bodies))
-
-
-def _quantity_problems(t: TargetSpec, bodies: list[str]) -> Iterator[str]:
-    if is_mass_target(t):
-        if t.body not in bodies:
-            found = "missing" if t.body is None else f"no body {t.body!r}"
-            yield f"body: {found}; {choice(t.body or '', bodies)}"
-        if t.mode is not None or t.speed_rpm:
-            yield f"mode: {t.quantity} has neither mode nor speed_rpm"
-    else:
-        if t.mode is None:
-            yield "mode: missing; frequency_hz needs the number of the mode, from 1"
-        if t.body is not None:
-            yield "body: frequency_hz is a quantity of the whole scene; leave body out"

@@ -13,6 +13,15 @@ from solidwhirl.core.errors import markdown_row, markdown_text
 from solidwhirl.core.versions import package_versions
 from solidwhirl.identify.problem import Problem
 from solidwhirl.identify.search import Descent
+from solidwhirl.identify.statistics import (
+    CONFIDENCE,
+    UNLIKELY,
+    Estimate,
+    agrees,
+    estimate,
+    not_told_apart,
+    scores,
+)
 from solidwhirl.rotordyn.core.arrays import FloatArray
 
 SCHEMA = "solidwhirl-identification-1"
@@ -20,6 +29,8 @@ SCHEMA = "solidwhirl-identification-1"
 _AT_BOUND = 1e-3
 # Variance of a value of which nothing but its bounds is known, in shares of the range.
 _UNIFORM = 1.0 / 12.0
+# Of a target, told even where they are the default.
+_ALWAYS = ("quantity", "body", "mode", "speed_rpm", "source", "use")
 # Shares of a direction that are worth naming.
 _NAMED = 0.25
 
@@ -41,26 +52,47 @@ class Identification:
 
     @property
     def deviations(self) -> FloatArray:
-        """Relative deviations of the targets, (t,)."""
-        value = np.array([t.value for t in self.problem.spec.targets])
-        return np.asarray(self.reached / value - 1.0)
+        """Relative deviations of the targets' numbers, (rows,)."""
+        return self.problem.rows.parts(self.reached)
 
     @property
     def met(self) -> bool:
-        """Whether every target is reached within its tolerance."""
-        tolerance = np.array([t.tolerance for t in self.problem.spec.targets])
-        return bool((np.abs(self.deviations) <= tolerance).all())
+        """Whether every target that is fitted is reached within its tolerance.
+
+        Of measurements, whether their deviations are as small as their uncertainties allow.
+        """
+        rows = self.problem.rows
+        if self.problem.is_measured:
+            probability = self.estimate.probability
+            return probability is None or probability >= UNLIKELY
+        within = np.abs(self.deviations) <= rows.tolerance
+        return bool(within[rows.is_fitted].all())
+
+    @property
+    def estimate(self) -> Estimate:
+        """What the fitted targets say of the parameters."""
+        fitted, scale = self.problem.rows.is_fitted, self.problem.rows.tolerance
+        deviations = (self.deviations / scale)[fitted]
+        return estimate(self.slopes[fitted], deviations, _lost(self.problem))
+
+
+def _lost(problem: Problem) -> int:
+    """Data that the scales of shapes use up."""
+    return sum(bool(t.shape) for t in problem.spec.targets if t.use == "fit")
 
 
 def sensitivities_per_range(found: Identification) -> FloatArray:
-    """Return d ln(target)/d(parameter/(upper - lower)) at the result, (t, n)."""
-    tolerance = np.array([t.tolerance for t in found.problem.spec.targets])
-    share = 1.0 + found.deviations
-    return np.asarray(found.slopes * (tolerance / share)[:, None])
+    """Return d ln(target)/d(parameter/(upper - lower)) at the result, (rows, n).
+
+    Of shapes, the change as a part of the largest motion.
+    """
+    rows = found.problem.rows
+    share = np.where(rows.is_single, 1.0 + found.deviations, 1.0)
+    return np.asarray(found.slopes * (rows.tolerance / share)[:, None])
 
 
 def relative_sensitivities(found: Identification) -> FloatArray:
-    """Return d ln(target)/d ln(parameter) at the result, (t, n)."""
+    """Return d ln(target)/d ln(parameter) at the result, (rows, n)."""
     parameters = found.problem.spec.parameters
     span = np.array([p.upper - p.lower for p in parameters])
     value = np.array([found.values[p.name] for p in parameters])
@@ -72,17 +104,21 @@ def uncertainties(found: Identification) -> FloatArray:
 
     Each target is taken as known to its tolerance, each parameter beforehand as evenly spread
     over its bounds, and the model as linear: 0.29 of the range says that the data tell nothing.
+    Of measurements it is half the interval of `CONFIDENCE` that they alone give.
     """
     spec = found.problem.spec
     span = np.array([p.upper - p.lower for p in spec.parameters])
-    information = found.slopes.T @ found.slopes + np.eye(len(span)) / _UNIFORM
+    if found.problem.is_measured:
+        return np.asarray(found.estimate.half_width * span)
+    slopes = found.slopes[found.problem.rows.is_fitted]
+    information = slopes.T @ slopes + np.eye(len(span)) / _UNIFORM
     return np.asarray(np.sqrt(np.diag(np.linalg.inv(information))) * span)
 
 
 def document(found: Identification) -> dict[str, Any]:
     """Everything about an identification as plain data."""
     problem = found.problem
-    _, singular, right = np.linalg.svd(found.slopes)
+    _, singular, right = np.linalg.svd(found.slopes[problem.rows.is_fitted])
     names = [p.name for p in problem.spec.parameters]
     padded = np.concatenate([singular, np.zeros(len(names) - len(singular))])[: len(names)]
     return {
@@ -103,7 +139,7 @@ def document(found: Identification) -> dict[str, Any]:
                 "values: d ln(target) / d ln(parameter), rows are targets, columns parameters; "
                 "per_range: d ln(target) / d(parameter / range), for parameters near zero"
             ),
-            "targets": [t.name for t in problem.spec.targets],
+            "targets": list(problem.rows.name),
             "parameters": names,
             "values": relative_sensitivities(found).tolist(),
             "per_range": sensitivities_per_range(found).tolist(),
@@ -119,24 +155,61 @@ def document(found: Identification) -> dict[str, Any]:
                 for s, v in zip(padded, right, strict=True)
             ],
         },
+        "statistics": _statistics(found) if problem.is_measured else None,
         "search": _search(found),
         "packages": package_versions(),
     }
 
 
 def _targets(found: Identification) -> list[dict[str, Any]]:
+    rows, targets = found.problem.rows, found.problem.spec.targets
     return [
         {
-            **t.model_dump(exclude={"tolerance"}),
-            "reached": float(reached),
-            "deviation_percent": float(100.0 * deviation),
-            "tolerance_percent": 100.0 * t.tolerance,
-            "met": bool(abs(deviation) <= t.tolerance),
+            **targets[k].model_dump(exclude={"tolerance"}, exclude_defaults=True),
+            **{key: getattr(targets[k], key) for key in _ALWAYS},
+            "name": rows.name[row],
+            "value": float(rows.wanted[row]),
+            "reached": float(found.reached[row]),
+            "deviation_percent": float(100.0 * found.deviations[row]),
+            "tolerance_percent": float(100.0 * rows.tolerance[row]),
+            "met": bool(abs(found.deviations[row]) <= rows.tolerance[row]),
         }
-        for t, reached, deviation in zip(
-            found.problem.spec.targets, found.reached, found.deviations, strict=True
-        )
+        for row, k in enumerate(rows.target)
     ]
+
+
+def _statistics(found: Identification) -> dict[str, Any]:
+    """What measurements say: spread, what they can not tell apart, and those kept aside."""
+    names, own = [p.name for p in found.problem.spec.parameters], found.estimate
+    span = np.array([p.upper - p.lower for p in found.problem.spec.parameters])
+    value = np.array([found.values[name] for name in names])
+    half = own.half_width * span
+    rows = found.problem.rows
+    aside = np.flatnonzero(~rows.is_fitted)
+    deviations = (found.deviations / rows.tolerance)[aside]
+    score = scores(found.slopes[aside], deviations, own)
+    return {
+        "confidence": CONFIDENCE,
+        "intervals": {
+            name: [float(v - h), float(v + h)] if np.isfinite(h) else None
+            for name, v, h in zip(names, value, half, strict=True)
+        },
+        "correlation": own.correlation.tolist(),
+        "not_told_apart": [[names[i], names[k]] for i, k in not_told_apart(own)],
+        "chi_squared": own.chi_squared,
+        "degrees_of_freedom": own.freedom,
+        "probability": own.probability,
+        "kept_aside": [
+            {
+                "name": rows.name[row],
+                "measured": float(rows.wanted[row]),
+                "predicted": float(found.reached[row]),
+                "standard_deviations": float(z),
+                "agrees": bool(ok),
+            }
+            for row, z, ok in zip(aside, score, agrees(score), strict=True)
+        ],
+    }
 
 
 def _parameters(found: Identification) -> list[dict[str, Any]]:
@@ -145,7 +218,7 @@ def _parameters(found: Identification) -> list[dict[str, Any]]:
         {
             "name": p.name,
             "value": found.values[p.name],
-            "plus_minus": float(spread[k]),
+            "plus_minus": float(spread[k]) if np.isfinite(spread[k]) else None,
             "lower": p.lower,
             "upper": p.upper,
             "start": p.start,
@@ -200,19 +273,47 @@ def _named(shares: Mapping[str, float]) -> str:
 
 
 def value_lines(found: Identification) -> Iterator[str]:
-    """Yield a line per parameter: its value, what the targets leave open, and its bounds."""
+    """Yield a line per parameter: its value, what the targets leave open, and its bounds.
+
+    Of measurements, what they can not tell apart follows, and what was kept aside.
+    """
     for p in _parameters(found):
         bound = f", at its {p['at_bound']} bound" if p["at_bound"] else ""
         yield (
-            f"{p['name']} = {p['value']:.6g} ± {p['plus_minus']:.2g} "
+            f"{p['name']} = {p['value']:.6g} ± {_spread(p['plus_minus'])} "
             f"({p['lower']:g} to {p['upper']:g}{bound})"
+        )
+
+    if found.problem.is_measured:
+        yield from _statistics_lines(_statistics(found))
+
+
+def _spread(value: float | None) -> str:
+    return "unknown" if value is None else f"{value:.2g}"
+
+
+def _statistics_lines(found: Mapping[str, Any]) -> Iterator[str]:
+    yield f"±: interval of {100.0 * found['confidence']:g} %"
+    for first, second in found["not_told_apart"]:
+        yield f"the data can not tell {first} and {second} apart"
+    if found["probability"] is not None and found["probability"] < UNLIKELY:
+        yield (
+            f"deviations are larger than the uncertainties allow (probability "
+            f"{found['probability']:.2g}): do not trust the intervals"
+        )
+    for one in found["kept_aside"]:
+        said = "agrees" if one["agrees"] else "does not agree"
+        yield (
+            f"kept aside: {one['name']} measured {one['measured']:.6g}, predicted "
+            f"{one['predicted']:.6g}, {said} ({one['standard_deviations']:+.1f} standard "
+            "deviations)"
         )
 
 
 def missed_lines(found: Identification) -> Iterator[str]:
     """Yield a line per target that is not reached within its tolerance."""
     for t in _targets(found):
-        if not t["met"]:
+        if not t["met"] and t["use"] == "fit":
             yield (
                 f"{t['name']}: {t['reached']:.6g} instead of {t['value']:g}, "
                 f"{t['deviation_percent']:+.2f} % where {t['tolerance_percent']:g} % is allowed"

@@ -7,7 +7,8 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from solidwhirl.identify.problem import ProblemSpec, TargetSpec, is_mass_target
+from solidwhirl.identify.problem import ProblemSpec
+from solidwhirl.identify.targets import TargetSpec, is_mass_target
 
 Steps = tuple[str | int, ...]
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
@@ -142,7 +143,7 @@ def with_references(data: Mapping[str, Any], spec: ProblemSpec) -> dict[str, Any
     `data`: content of a scene file; its own references of other quantities stay. `spec`: the
     problem; targets at a speed are left out, for the results need not hold that speed.
     """
-    targets = [t for t in spec.targets if is_mass_target(t) or t.speed_rpm == 0.0]
+    targets = [t for t in spec.targets if is_mass_target(t) or (t.speed_rpm == 0.0 and not t.shape)]
     fitted = [_reference(target) for target in targets]
     known = {entry["quantity"] for entry in fitted}
     others = [entry for entry in data.get("references", ()) if entry["quantity"] not in known]
@@ -161,11 +162,12 @@ def _reference(target: TargetSpec) -> dict[str, Any]:
         assert target.mode is not None
         title = f"mode {target.mode} at rest"
         quantity = f"modes_at_rest.frequency_hz[{target.mode - 1}]"
-    source = f"{target.source}; identified from it" if target.source else "identified from it"
+    how = "identified from it" if target.use == "fit" else "kept aside"
+    source = f"{target.source}; {how}" if target.source else how
     return {
         "quantity": quantity,
         "title": title,
         "value": target.value,
         "source": source,
-        "tolerance": target.tolerance,
+        "tolerance": target.spread,
     }

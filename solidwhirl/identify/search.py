@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import least_squares
-from scipy.stats import qmc
 
 from solidwhirl.identify.model import BudgetError, InfeasibleError, Model, Progress
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray
@@ -20,6 +19,8 @@ _TRIED_STEPS = (1.0, -1.0, 0.2, -0.2)
 # Relative change of the cost and step in shares of the ranges at which a search ends, and the
 # largest deviation in tolerances at which it need not go on.
 _COST_CHANGE, _STEP_CHANGE, _GOOD = 1e-3, 1e-5, 0.2
+# Measurements want the least sum itself: a part of a standard deviation matters.
+_COST_CHANGE_MEASURED = 1e-6
 _MAXIMUM_STEPS = 100
 
 
@@ -69,6 +70,8 @@ def search(model: Model, progress: Progress) -> tuple[Descent, tuple[Descent, ..
 
 def start_points(model: Model) -> FloatArray:
     """Return the starts in the unit cube: the given one, then a Latin hypercube by the seed."""
+    from scipy.stats import qmc  # takes a fifth of a second
+
     settings, given = model.problem.spec.settings, model.given
     if settings.starts == 1:
         return given[None]
@@ -77,7 +80,7 @@ def start_points(model: Model) -> FloatArray:
 
 
 def measured_slopes(model: Model, point: FloatArray) -> FloatArray:
-    """Return d(deviation in tolerances)/d(point) by finite differences, (targets, n).
+    """Return d(deviation in tolerances)/d(point) by finite differences, (rows, n).
 
     Mass properties are differentiated with a small step in closed form, the others on the coarse
     model with the problem's step, which is large against the scatter between meshes (about 1e-4).
@@ -122,7 +125,7 @@ def _column(
 
 def _mass_stage(model: Model, start: FloatArray) -> FloatArray:
     """Meet the mass properties near a start, before anything is meshed."""
-    rows = model.mass_rows
+    rows = model.mass_rows & model.fit_rows
     if not (model.problem.needs_model and rows.any()):
         return start
 
@@ -143,7 +146,7 @@ def _descend(model: Model, start: FloatArray, accuracy: float) -> Descent:
         lambda point: measured_slopes(model, point),
         start,
         centre=model.given,
-        rows=np.ones_like(model.mass_rows),
+        rows=model.fit_rows,
     )
 
 
@@ -157,7 +160,8 @@ def _walk(
     rows: BoolArray,
 ) -> Descent:
     """Least squares of some targets, with a weak pull towards a centre for what they leave open."""
-    weight, size = model.problem.spec.settings.prior, len(start)
+    weight, size = model.problem.prior, len(start)
+    is_measured = model.problem.is_measured
     seen: list[tuple[float, FloatArray, float]] = []
 
     def residuals(point: FloatArray) -> FloatArray:
@@ -170,7 +174,7 @@ def _walk(
         every = np.concatenate([found, weight * (point - centre)])
         largest = float(np.abs(found).max())
         seen.append((0.5 * float(every @ every), point.copy(), largest))
-        if largest < _GOOD:
+        if largest < _GOOD and not is_measured:
             raise _ReachedError
         return np.asarray(every)
 
@@ -182,7 +186,7 @@ def _walk(
             jac=lambda point: np.vstack([slopes(point)[rows], weight * np.eye(size)]),
             bounds=(0.0, 1.0),
             method="trf",
-            ftol=_COST_CHANGE,
+            ftol=_COST_CHANGE_MEASURED if is_measured else _COST_CHANGE,
             xtol=_STEP_CHANGE,
             gtol=None,
             max_nfev=_MAXIMUM_STEPS,

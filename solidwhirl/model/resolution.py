@@ -34,6 +34,9 @@ _SECTORS, _FINE = 40, 2e-3
 # Finest accuracy that the rule follows for bodies with features: beyond it the number of tetrahedra
 # around every corner explodes. Sizes given in the scene can go further.
 _FEATURE_FLOOR = 2e-3
+# Stages of different counts are many, and most of their tetrahedra in thin blades, which bend as
+# well with flat ones: elements through the thickness from this accuracy on.
+_COARSE, _THROUGH_STAGES = 1e-2, 0.4
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,6 +69,8 @@ def choose_resolution(body: Body, level: str, model: ModelSpec) -> Resolution:
     thinnest, adapted = min(_thickness(body)), _is_adapted(body, model)
     if body.features:
         degree, growth, through = 2, 0.6, 1.2
+        if symmetry(body) == "staged" and model.accuracy >= _COARSE:
+            through = _THROUGH_STAGES
         wanted = max(model.accuracy, _FIRST_MESH if adapted else _FEATURE_FLOOR)
         constant, rate = _SOLID_ERROR, _SOLID_RATE
     elif adapted:

@@ -124,12 +124,12 @@ def results_document(results: Results) -> dict[str, Any]:
         document["stages"] = dict(results.stages)
     if results.estimates is not None:
         _put_estimates(document, results.estimates)
-    document["verdict"] = verdict_document(
-        plain_data(document), results.stability, results.operating, results.alarms
-    )
+    plain: dict[str, Any] = plain_data(document)
+    verdict = verdict_document(plain, results.stability, results.operating, results.alarms)
+    plain["verdict"] = plain_data(verdict)
     if scene.references:
-        document["references"] = compared(scene.references, document)
-    return plain_data(document)  # type: ignore[no-any-return]
+        plain["references"] = plain_data(compared(scene.references, plain))
+    return plain
 
 
 def _numbers(results: Results) -> list[int]:

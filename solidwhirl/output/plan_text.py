@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from solidwhirl.core.blocks import Table
 from solidwhirl.core.errors import markdown_cell, markdown_text
 from solidwhirl.core.warnings import Doubt
 from solidwhirl.cost.analyses import AnalysisCost
@@ -24,71 +25,93 @@ class Costs(NamedTuple):
     effects: Mapping[str, EffectCost]
 
 
-def plan_text(plan: Plan, doubts: Iterable[Doubt] = (), costs: Costs | None = None) -> str:
-    """The plan as Markdown tables, after warnings about the scene; `costs`: of its parts."""
-    effects = _effects_table(plan, costs)
-    bodies = table(
-        "body | level | circumferential orders | interface motions | "
-        "first element order | first corner size [mm] | expected error | matrices | "
-        "factorisations | eigenproblems",
-        (
-            (
-                name,
-                b.level,
-                ", ".join(str(n) for n in b.orders),
-                " ".join(b.components),
-                *_resolution(b.resolution),
-                b.matrices,
-                f"<= {b.factorisations}",
-                f"<= {b.eigenproblems}",
-            )
-            for name, b in plan.bodies.items()
-        ),
-    )
-    parts = [effects, bodies] if plan.bodies else [effects]
-    if said := [f"- {markdown_text(doubt.message)}" for doubt in doubts]:
-        parts.insert(0, "\n".join(["Warnings:", "", *said]))
+#: Of what a plan says: a paragraph, lines of a list, a table.
+Part = str | Sequence[str] | Table
+
+
+def plan_parts(plan: Plan, doubts: Iterable[Doubt] = (), costs: Costs | None = None) -> list[Part]:
+    """The plan as tables, after warnings about the scene; `costs`: of its parts."""
+    said = [doubt.message for doubt in doubts]
+    parts: list[Part] = ["Warnings:", said] if said else []
+    parts.append(_effects_table(plan, costs))
+    if plan.bodies:
+        parts.append(_bodies_table(plan))
     if plan.analyses:
         parts.append(_analyses_table(plan, costs))
     if plan.speeds_beyond:
         fastest = float(plan.speeds_rad_s.max()) * RPM_PER_RAD_S
-        parts.append(
-            f"Speeds above {fastest:.6g} rpm, where [speeds] ends; the bodies are made for these:"
+        rows = [(a.analysis, f"{a.speed_rpm:.6g}", a.source) for a in plan.speeds_beyond]
+        parts += [
+            f"Speeds above {fastest:.6g} rpm, where [speeds] ends; the bodies are made for these:",
+            Table(head=("analysis", "to [rpm]", "which is"), rows=rows),
+        ]
+    return parts
+
+
+def plan_text(plan: Plan, doubts: Iterable[Doubt] = ()) -> str:
+    """The plan as Markdown, after warnings about the scene."""
+    return "\n\n".join(map(_markdown, plan_parts(plan, doubts)))
+
+
+def _markdown(part: Part) -> str:
+    if isinstance(part, Table):
+        return table(" | ".join(part.head), part.rows)
+    if isinstance(part, str):
+        return part
+    return "\n".join(f"- {markdown_text(line)}" for line in part)
+
+
+def _bodies_table(plan: Plan) -> Table:
+    head = (
+        *("body", "level", "circumferential orders", "interface motions", "first element order"),
+        *("first corner size [mm]", "expected error", "matrices", "factorisations"),
+        "eigenproblems",
+    )
+    rows = [
+        (
+            name,
+            b.level,
+            ", ".join(str(n) for n in b.orders),
+            " ".join(b.components),
+            *_resolution(b.resolution),
+            str(b.matrices),
+            f"<= {b.factorisations}",
+            f"<= {b.eigenproblems}",
         )
-        rows = ((a.analysis, f"{a.speed_rpm:.6g}", a.source) for a in plan.speeds_beyond)
-        parts.append(table("analysis | to [rpm] | which is", rows))
-    return "\n\n".join(parts)
+        for name, b in plan.bodies.items()
+    ]
+    return Table(head=head, rows=rows)
 
 
-def _effects_table(plan: Plan, costs: Costs | None) -> str:
+def _effects_table(plan: Plan, costs: Costs | None) -> Table:
     """Effects, why they are on or off, and what they cost or save."""
     plain = [(e.name, "on" if e.on else "off", e.why, e.cost) for e in plan.effects]
-    head = "effect |  | why | cost when on"
+    head = ("effect", "", "why", "cost when on")
     if costs is None:
-        return table(head, plain)
+        return Table(head=head, rows=plain)
     rows = []
     for effect, row in zip(plan.effects, plain, strict=True):
         cost, saves = costs.effects.get(effect.name), "" if effect.on else "saves "
         rows.append((*row, "-" if cost is None else f"{saves}{_spent(cost)}"))
-    return table(f"{head} | adds", rows)
+    return Table(head=(*head, "adds"), rows=rows)
 
 
 def _spent(cost: EffectCost | AnalysisCost) -> str:
     return f"{seconds_text(cost.seconds)} s, {memory_text(cost.memory_gib)} GiB"
 
 
-def _analyses_table(plan: Plan, costs: Costs | None) -> str:
+def _analyses_table(plan: Plan, costs: Costs | None) -> Table:
     if costs is None:
-        return table("analysis | kind", plan.analyses)
-    rows = ((name, kind, _spent(costs.expected.analyses[name])) for name, kind in plan.analyses)
-    return table("analysis | kind | adds", rows)
+        return Table(head=("analysis", "kind"), rows=plan.analyses)
+    rows = [(name, kind, _spent(costs.expected.analyses[name])) for name, kind in plan.analyses]
+    return Table(head=("analysis", "kind", "adds"), rows=rows)
 
 
-def cost_text(expected: Forecast) -> str:
-    """The predicted cost as a Markdown table."""
+def cost_parts(expected: Forecast) -> list[Part]:
+    """The predicted cost."""
     head, *rows = forecast_rows(expected)
     said = "Processor seconds of one core, with nothing kept from earlier runs."
-    return f"{table(' | '.join(head), rows)}\n\n{said}"
+    return [Table(head=head, rows=rows), said]
 
 
 def _resolution(found: Resolution | None) -> tuple[str, str, str]:

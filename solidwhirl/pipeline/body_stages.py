@@ -65,21 +65,34 @@ def reduced_bodies(
     if not bodies or scene.model.estimates == "off":  # nothing is refined
         return _refined_bodies(job, bodies, simple, first)
     keys = _refinement_keys(job, bodies, simple)
-    kept, other = job.comm.bcast([stage_cache.find(key) for key in keys])
-    stage_cache.say("refinement", "computed" if kept is None else "kept")
-    if kept is not None:
-        again = {n: _reduce(job, bodies[n], c, None) for n, c in kept.discretisations.items()}
-        return {n: r for n, r in again.items() if r is not None}, kept.rounds
-    if other is not None:
-        modes = {n: max(first[n].modes, c.modes) for n, c in other.discretisations.items()}
-        first = {n: replace(c, modes=modes[n]) for n, c in other.discretisations.items()}
-    reduced, rounds = _refined_bodies(job, bodies, simple, first)
-    if rounds:  # on rank 0
-        rounds = (replace(rounds[0], from_other=other is not None), *rounds[1:])
-        chosen = {n: r.discretisation for n, r in reduced.items()}
-        for key in keys:
-            stage_cache.keep(key, "refinement", Refinement(discretisations=chosen, rounds=rounds))
+    found = _refinement_kept(job, keys)
+    # cases of a batch that begin together: one refines the bodies, the others begin where it ended
+    alone = nullcontext() if any(found) else stage_cache.alone(keys[1])
+    with alone:
+        kept, other = found if any(found) else _refinement_kept(job, keys)
+        stage_cache.say("refinement", "computed" if kept is None else "kept")
+        if kept is not None:
+            again = {n: _reduce(job, bodies[n], c, None) for n, c in kept.discretisations.items()}
+            return {n: r for n, r in again.items() if r is not None}, kept.rounds
+        if other is not None:
+            modes = {n: max(first[n].modes, c.modes) for n, c in other.discretisations.items()}
+            first = {n: replace(c, modes=modes[n]) for n, c in other.discretisations.items()}
+        reduced, rounds = _refined_bodies(job, bodies, simple, first)
+        if rounds:  # on rank 0
+            rounds = (replace(rounds[0], from_other=other is not None), *rounds[1:])
+            chosen = {n: r.discretisation for n, r in reduced.items()}
+            for key in keys:
+                ended = Refinement(discretisations=chosen, rounds=rounds)
+                stage_cache.keep(key, "refinement", ended)
     return reduced, rounds
+
+
+def _refinement_kept(
+    job: Job, keys: tuple[str, str]
+) -> tuple[Refinement | None, Refinement | None]:
+    """The refinement for this engine, and the last one of these bodies, where they are kept."""
+    first, second = job.comm.bcast([job.stage_cache.find(key) for key in keys])
+    return first, second
 
 
 def _refined_bodies(

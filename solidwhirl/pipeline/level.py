@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +17,7 @@ from solidwhirl.scene.records import Scene
 
 if TYPE_CHECKING:  # loads the eigenvalue solvers
     from solidwhirl.beams.scene_bodies import BeamBodies
+    from solidwhirl.rotordyn import Superelement
 
 _NAME = "choice of the level"
 # Room for choices that no plan has asked for lately.
@@ -86,17 +87,24 @@ def _chosen(
     stage_cache: StageCache,
     keep: list[Callable[[], None]],
 ) -> str:
-    """Try beams; what keeps their models is added to `keep`."""
-    from solidwhirl.beams.scene_bodies import beam_bodies
+    """Try beams; what keeps their models is added to `keep`, where they do."""
+    from solidwhirl.beams.scene_bodies import beam_models, with_finer
     from solidwhirl.bodies.fidelity import chosen_level
 
-    def beams(trial: Scene, plan: Plan, own: Mapping[str, Body]) -> BeamBodies:
+    def beams(
+        trial: Scene, plan: Plan, own: Mapping[str, Body]
+    ) -> Iterator[Mapping[str, Superelement]]:
         of_beams = key_of_beams(stage_cache, trial, plan, own)
         found: BeamBodies | None = stage_cache.find(of_beams)
-        if found is None:
-            found = beam_bodies(trial, plan, own, estimated=True)
-            keep.append(partial(stage_cache.keep, of_beams, "beams", found))
-        return found
+        if found is not None:
+            yield from (found.elements, *found.variants)
+            return
+        models = []
+        for model in beam_models(trial, plan, own):
+            models.append(model)
+            yield model
+        made = with_finer(trial, plan, own, models)
+        keep.append(partial(stage_cache.keep, of_beams, "beams", made))
 
     return chosen_level(scene, bodies, beams)
 

@@ -101,7 +101,9 @@ class Results:
 
     @cached_property
     def support_doubts(self) -> tuple[Doubt, ...]:
-        """Bodies whose lateral motion nothing holds."""
+        """Bodies that nothing holds laterally; those of a hammer test hang free on purpose."""
+        if any(analysis.kind == "impact_test" for analysis in self.scene.analyses):
+            return ()
         return support_doubts(self.system)
 
     def _repr_html_(self) -> str:

@@ -18,10 +18,10 @@ from solidwhirl.cache.files import StageStore
 from solidwhirl.core.stages import Progress, silent
 from solidwhirl.core.warnings import Doubt
 from solidwhirl.cost.forecast import Forecast, forecast, refuse_too_large
-from solidwhirl.estimates.comparators import at_level
 from solidwhirl.estimates.results import Estimates
 from solidwhirl.geometry import Body
 from solidwhirl.meshing.imported.records import AnyBody
+from solidwhirl.model.at_level import alone_at_level
 from solidwhirl.model.bearing_validity import validity_notes
 from solidwhirl.model.bodies import build_bodies
 from solidwhirl.model.effects import make_plan
@@ -216,9 +216,7 @@ def _levels(
 ) -> tuple[LevelResults, LevelResults]:
     """What is compared of an engine, and of the one with its bodies on another level."""
     job = engine.job
-    scene = at_level(job.scene, level, job.scene.model.accuracy)
-    alone = {"analyses": (), "model": scene.model.model_copy(update={"compare_coupling": "off"})}
-    found = reduced(scene.model_copy(update=alone), store=job.stage_cache.store)
+    found = reduced(alone_at_level(job.scene, level), store=job.stage_cache.store)
     assert found is not None  # one process alone
     other = stages.assembled_engine(found.job, found.bodies, found.elements, found.beams)
     seen = stages.diagram_of(other)

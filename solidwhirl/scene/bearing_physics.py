@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from solidwhirl.core.fields import Count, Finite, NotNegative, Positive, Record
-from solidwhirl.rotordyn.bearings import rolling, short_bearing
-from solidwhirl.rotordyn.bearings.balls import BallBearing
-from solidwhirl.rotordyn.bearings.rollers import RollerBearing
-from solidwhirl.rotordyn.bearings.rolling import RollingBearing, loaded_ring
-from solidwhirl.rotordyn.bearings.short_bearing import journal_state
-from solidwhirl.rotordyn.bearings.short_film import ShortFilm
 from solidwhirl.rotordyn.bearings.speed_tables import SpeedTable, tabulate
-from solidwhirl.rotordyn.bearings.squeeze_film import SqueezeFilmDamper
-from solidwhirl.rotordyn.bearings.validity import Exceeded
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
+
+if TYPE_CHECKING:  # each kind of bearing is loaded by a scene that has one
+    from solidwhirl.rotordyn.bearings.rolling import RollingBearing
+    from solidwhirl.rotordyn.bearings.short_film import ShortFilm
+    from solidwhirl.rotordyn.bearings.squeeze_film import SqueezeFilmDamper
+    from solidwhirl.rotordyn.bearings.validity import Exceeded
 
 _TABLES = 64
 
@@ -83,6 +81,9 @@ class RollingLawSpec(ComputedLaw):
 
     def bearing(self) -> RollingBearing:
         """Return the bearing; ValueError names what is wrong."""
+        from solidwhirl.rotordyn.bearings.balls import BallBearing
+        from solidwhirl.rotordyn.bearings.rollers import RollerBearing
+
         sizes: dict[str, Any] = {
             "pitch_diameter_m": self.pitch_diameter_m,
             "radial_clearance_m": self.radial_clearance_m,
@@ -109,6 +110,8 @@ class RollingLawSpec(ComputedLaw):
 
     def computed(self) -> SpeedTable:
         """Compute the stiffness over the speed under the load and the preload."""
+        from solidwhirl.rotordyn.bearings.rolling import loaded_ring
+
         bearing, (x, y, z) = self.bearing(), self.load_n
         load = (x, y, z + self.preload_n)
 
@@ -120,8 +123,10 @@ class RollingLawSpec(ComputedLaw):
 
     def exceeded(self, speed_rad_s: float) -> tuple[Exceeded, ...]:
         """Return whether contact pressure or speed are too high."""
+        from solidwhirl.rotordyn.bearings import rolling
+
         bearing, (x, y, z) = self.bearing(), self.load_n
-        ring = loaded_ring(bearing, (x, y, z + self.preload_n), speed_rad_s=speed_rad_s)
+        ring = rolling.loaded_ring(bearing, (x, y, z + self.preload_n), speed_rad_s=speed_rad_s)
         return rolling.exceeded(bearing, ring)
 
 
@@ -137,6 +142,8 @@ class _FilmSpec(ComputedLaw):
 
     def short_film(self) -> ShortFilm:
         """Return the film; ValueError names what is wrong."""
+        from solidwhirl.rotordyn.bearings.short_film import ShortFilm
+
         return ShortFilm(**{key: getattr(self, key) for key in _FilmSpec.model_fields})
 
 
@@ -149,6 +156,8 @@ class ShortBearingLawSpec(_FilmSpec):
 
     def computed(self) -> SpeedTable:
         """Compute stiffness and damping over the speed."""
+        from solidwhirl.rotordyn.bearings.short_bearing import journal_state
+
         film, (low, high) = self.short_film(), self.speed_rpm
         if high <= low:
             raise ValueError(f"speed_rpm has ({low:g}, {high:g}); the second must be higher")
@@ -161,8 +170,11 @@ class ShortBearingLawSpec(_FilmSpec):
 
     def exceeded(self, speed_rad_s: float) -> tuple[Exceeded, ...]:
         """Return whether the bearing is too long or the journal too far out."""
+        from solidwhirl.rotordyn.bearings import short_bearing
+
         film = self.short_film()
-        return short_bearing.exceeded(film, journal_state(film, self.load_n, speed_rad_s))
+        state = short_bearing.journal_state(film, self.load_n, speed_rad_s)
+        return short_bearing.exceeded(film, state)
 
 
 class SqueezeFilmLawSpec(_FilmSpec):
@@ -178,6 +190,8 @@ class SqueezeFilmLawSpec(_FilmSpec):
 
     def damper(self) -> SqueezeFilmDamper:
         """Return the damper; ValueError names what is wrong."""
+        from solidwhirl.rotordyn.bearings.squeeze_film import SqueezeFilmDamper
+
         return SqueezeFilmDamper(
             film=self.short_film(),
             orbit_ratio=self.orbit_ratio,

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from solidwhirl.core.fields import MOST, Finite, NotNegative, Positive, Record
-from solidwhirl.rotordyn.bearings import controllers as ct
-from solidwhirl.rotordyn.bearings.controllers import Controller
-from solidwhirl.rotordyn.bearings.magnetic import MagneticBearing
 from solidwhirl.rotordyn.bearings.speed_tables import SpeedTable
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.scene.bearing_physics import AbsoluteLaw
+
+if TYPE_CHECKING:  # loaded by a scene that has such a bearing
+    from solidwhirl.rotordyn.bearings.controllers import Controller
+    from solidwhirl.rotordyn.bearings.magnetic import MagneticBearing
 
 # Frequency of the damping that stands for a controller where one number is asked for, rad/s.
 _COMMON = 2.0 * np.pi * 50.0
@@ -34,6 +35,8 @@ class PidSpec(Record):
 
     def controller(self) -> Controller:
         """Return the controller of an axis."""
+        from solidwhirl.rotordyn.bearings import controllers as ct
+
         roll_off = None if self.roll_off_hz is None else _rad_s(self.roll_off_hz)
         return ct.pid(
             self.proportional_a_per_m, self.integral_a_per_m_s, self.derivative_a_s_per_m, roll_off
@@ -49,6 +52,8 @@ class TransferSpec(Record):
 
     def controller(self) -> Controller:
         """Return the controller of an axis."""
+        from solidwhirl.rotordyn.bearings import controllers as ct
+
         return ct.transfer(self.numerator, self.denominator)
 
 
@@ -63,6 +68,8 @@ class StateSpaceControllerSpec(Record):
 
     def controller(self) -> Controller:
         """Return the controller of an axis, or of both."""
+        from solidwhirl.rotordyn.bearings.controllers import Controller
+
         found = {key: _matrix(key, getattr(self, key)) for key in ("a", "b", "c", "d")}
         states = len(self.a)
         if len(self.b) != states:
@@ -100,6 +107,9 @@ class MagneticLawSpec(AbsoluteLaw):
 
     def bearing(self) -> MagneticBearing:
         """Return the bearing; ValueError names what is wrong."""
+        from solidwhirl.rotordyn.bearings import controllers as ct
+        from solidwhirl.rotordyn.bearings.magnetic import MagneticBearing
+
         if self.low_pass_damping_ratio is not None and self.low_pass_hz is None:
             raise ValueError("low_pass_damping_ratio needs low_pass_hz")
         first = self.controller.controller()
@@ -123,6 +133,8 @@ class MagneticLawSpec(AbsoluteLaw):
 
     def _in_series(self) -> list[Controller]:
         """What comes in series with the controller of an axis."""
+        from solidwhirl.rotordyn.bearings import controllers as ct
+
         parts = []
         if self.low_pass_hz is not None:
             parts.append(ct.low_pass(_rad_s(self.low_pass_hz), self.low_pass_damping_ratio))

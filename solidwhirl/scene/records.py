@@ -412,6 +412,18 @@ def without_folders(scene: Scene) -> dict[str, Any]:
     }
 
 
+def analyses_without_folders(scene: Scene) -> tuple[AnalysisSpec, ...]:
+    """Return the analyses of a scene with the files of measurements by names and digests."""
+
+    def named(spec: AnalysisSpec) -> AnalysisSpec:
+        if spec.kind != "impact_test" or spec.measured is None:
+            return spec
+        files = {key: PurePath(file).name for key, file in spec.measured.files.items()}
+        return spec.model_copy(update={"measured": spec.measured.model_copy(update=files)})
+
+    return tuple(map(named, scene.analyses))
+
+
 def _head(scene: Scene) -> str:
     return f"Scene {scene.name!r}{titled(scene.title)}"
 

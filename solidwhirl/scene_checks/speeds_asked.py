@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solidwhirl.analyses.registry import AnalysisSpec
+from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.operating import operating_speeds
@@ -24,7 +24,7 @@ class SpeedAsked:
     source: str  #: The key that it comes from, or how it does
 
 
-def scene_speeds(scene: Scene) -> NDArray[np.float64]:
+def scene_speeds(scene: Scene) -> FloatArray:
     """Speeds of the reference shaft [rad/s]."""
     s = scene.speeds
     rpm = s.list_rpm if s.list_rpm is not None else np.linspace(s.from_rpm, s.to_rpm, s.count)

@@ -97,6 +97,8 @@ def _further_problems(scene: Scene, spec: AnalysisSpec) -> Iterator[str]:
         yield from _nonlinear_problems(scene, spec)
     if spec.kind == "asymmetric_response":
         yield from _bow_problems(scene, spec)
+    if spec.kind == "impact_test":
+        yield from spec.problems(_ends_m(scene))
     if spec.kind == "api617":
         yield from _api617_problems(scene, spec)
     if spec.kind == "sensitivity" and not any(
@@ -105,6 +107,16 @@ def _further_problems(scene: Scene, spec: AnalysisSpec) -> Iterator[str]:
         yield "kind: sensitivity is that of magnetic bearings; no bearing has a law of that kind"
     if spec.kind == "separation_margins" and not (spec.operating or scene.operating):
         yield "operating: missing; give it here or as [[operating]] of the scene"
+
+
+def _ends_m(scene: Scene) -> dict[str, tuple[float, float]]:
+    """Lowest and highest place of beams, and of bodies that sections alone draw."""
+    beams = {name: (min(b.stations_m), max(b.stations_m)) for name, b in scene.beams.items()}
+    return beams | {
+        name: (min(s.start_m for s in body.sections), max(s.end_m for s in body.sections))
+        for name, body in scene.bodies.items()
+        if body.sections and not body.stage_groups
+    }
 
 
 def _api617_problems(scene: Scene, spec: Api617Spec) -> Iterator[str]:

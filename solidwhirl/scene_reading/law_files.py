@@ -7,14 +7,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from solidwhirl.bearing_tables import (
-    as_table_law,
-    at_load,
-    in_sense_of_spin,
-    over,
-    read_table,
-    turned,
-)
+from solidwhirl import bearing_tables as files
 from solidwhirl.bearing_tables.records import CoefficientTable, TableFileError
 from solidwhirl.core.errors import Problem
 from solidwhirl.scene.joints import (
@@ -56,10 +49,10 @@ def table_law(spec: FileLawSpec) -> TableLawSpec | FrequencyTableLawSpec | LoadT
     Raises TableFileError: the file or a key is refused; pydantic.ValidationError: a table that a
     scene could not have either.
     """
-    found = over(read_table(Path(spec.file), spec.tag), spec.axis)
-    ours = turned(in_sense_of_spin(found, spec.maker_spin), spec.turned_deg)
+    found = files.over(files.read_table(Path(spec.file), spec.tag), spec.axis)
+    ours = files.turned(files.in_sense_of_spin(found, spec.maker_spin), spec.turned_deg)
     if spec.load_from is None:
-        return next(_records([at_load(ours, spec.load_n)], spec.interpolation))
+        return next(_records([files.at_load(ours, spec.load_n)], spec.interpolation))
     loads = () if ours.loads_n is None else tuple(ours.loads_n.tolist())
     if len(loads) < 2:
         many = "one load" if loads else "no column of loads"
@@ -68,7 +61,7 @@ def table_law(spec: FileLawSpec) -> TableLawSpec | FrequencyTableLawSpec | LoadT
         kind="load_table",
         load_from=spec.load_from,
         load_n=loads,
-        tables=tuple(_records([at_load(ours, n) for n in loads], spec.interpolation)),
+        tables=tuple(_records([files.at_load(ours, n) for n in loads], spec.interpolation)),
     )
 
 
@@ -76,7 +69,7 @@ def _records(
     tables: Sequence[CoefficientTable], interpolation: str
 ) -> Iterator[TableLawSpec | FrequencyTableLawSpec]:
     """Tables of single loads, all of one kind."""
-    laws = [as_table_law(table) for table in tables]
+    laws = [files.as_table_law(table) for table in tables]
     over_frequency = any(law["kind"] == "frequency_table" for law in laws)
     kind = "frequency_table" if over_frequency else "table"
     record = FrequencyTableLawSpec if over_frequency else TableLawSpec

@@ -19,7 +19,7 @@ from solidwhirl.core.errors import Problem, SceneError, clean, meant
 from solidwhirl.core.fields import keys_of
 from solidwhirl.model.imported_bodies import with_files_read
 from solidwhirl.scene.meshes import with_digests
-from solidwhirl.scene.records import Scene, without_folders
+from solidwhirl.scene.records import Scene, analyses_without_folders, without_folders
 from solidwhirl.scene.sweep import sweep_problems
 from solidwhirl.scene_reading.law_files import with_laws_read
 from solidwhirl.scene_reading.paths import place_problems
@@ -159,7 +159,11 @@ def files_named(data: Mapping[str, Any], folder: Path) -> Iterator[Path]:
     """Yield the files that the content of a scene file names, whether or not they are there."""
     tables = (data.get(name) for name in ("imported", "mesh_bodies", "speed_laws"))
     entries = [e for t in tables if isinstance(t, dict) for e in t.values() if isinstance(e, dict)]
-    for name in (entry.get(key) for entry in entries for key in ("file", "nodes")):
+    analyses = data.get("analyses")
+    asked = analyses if isinstance(analyses, list) else []
+    measured = [a.get("measured") for a in asked if isinstance(a, dict)]
+    entries += [m for m in measured if isinstance(m, dict)]
+    for name in (e.get(key) for e in entries for key in ("file", "nodes", "functions", "modes")):
         if isinstance(name, str):
             yield folder / name
 
@@ -167,7 +171,7 @@ def files_named(data: Mapping[str, Any], folder: Path) -> Iterator[Path]:
 def scene_hash(scene: Scene) -> str:
     """SHA-256 of the scene's content, the same for files that say the same."""
     update = without_folders(scene)
-    alike = scene.model_copy(update=update)
+    alike = scene.model_copy(update={**update, "analyses": analyses_without_folders(scene)})
     absent = {key for key, found in update.items() if not found}
     absent |= set() if scene.references else {"references"}
     text = alike.model_dump_json(exclude=absent)

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 from scipy.special import ndtr, ndtri
-from scipy.stats import qmc
 
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.scene.sweep import SAMPLED, SweepParameterSpec, SweepSpec
@@ -48,6 +47,8 @@ def unit_samples(sweep: SweepSpec) -> FloatArray:
 
     `sweep`: of a sampled method; the seed is 0 where none is given.
     """
+    from scipy.stats import qmc  # takes a fifth of a second
+
     kind = qmc.LatinHypercube if sweep.method == "latin_hypercube" else qmc.Sobol
     # a number, not a generator, of which scipy 1.15 and later draw another one
     points: FloatArray = kind(d=len(sweep.parameters), seed=sweep.seed or 0).random(sweep.samples)

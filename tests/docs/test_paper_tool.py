@@ -14,12 +14,12 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
-from paper import twin_rotor, units  # noqa: E402
+from paper import twin_rotor, units, variants  # noqa: E402
 from paper.rows import per_cent  # noqa: E402
 from paper.runs import SOURCE  # noqa: E402
 
-# Writes a scene file, of which all numbers are input.
-NO_PAGE = {"compose.py"}
+# Write scene files, of which all numbers are input.
+NO_PAGE = {"compose.py", "compose_bladed.py"}
 NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w.]*\.(?:png|md|json|toml))")
 YEAR = re.compile(r"\((?:19|20)\d\d\)")
 
@@ -108,3 +108,17 @@ def test_circles_are_seen_at_the_frequency_of_the_frame():
     np.testing.assert_allclose(seen, [[20.0, 20.0], [180.0, 180.0]])
     heights = units.in_steps(hertz, seen, np.array([[3.0, 2.0], [1.0, 0.5]]))
     assert heights[19] == 3.0 and heights[179] == 1.0 and np.count_nonzero(heights) == 2
+
+
+def test_units_are_brought_back_to_their_targets_within_the_bounds():
+    """Two targets of three parameters, with slopes that are wrong by a third."""
+
+    def missed(point: np.ndarray) -> np.ndarray:
+        return 1e3 * np.array([point[0] * point[1] - 0.25, point[1] + point[2] ** 2 - 0.6])
+
+    wrong = 1e3 * np.array([[0.6, 0.3, 0.0], [0.0, 0.7, 1.2]])
+    found = variants._brought_back(missed, np.array([0.9, 0.4, 0.6]), wrong, near=0.1)
+    assert found is not None and np.abs(missed(found)).max() < 0.1
+    assert found.min() >= 0.0 and found.max() <= 1.0
+    impossible = variants._brought_back(lambda u: missed(u) + 1e4, found, wrong)
+    assert impossible is None

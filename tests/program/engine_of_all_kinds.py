@@ -93,6 +93,13 @@ observe = ["lp.m"]
 unbalances = [{ at = "lp.m", moment_kg_m = 1e-5 }]
 compare_flexible = [["lp"], []]
 bands_hz = [[10.0, 90.0]]
+[impact_test]
+frequency_max_hz = 150.0
+frequency_count = 20
+damping_ratio = 0.01
+hammers = [{ name = "h", at = "lp.m", direction = "x" }]
+sensors = [{ name = "s", body = "lp", at_m = 0.4, direction = "x" }]
+measured = { frequencies_hz = [30.0, 60.0] }
 [static]  # the engine hangs on one mount: weight would turn it
 speeds_rpm = [0.0, 6000.0]
 gravity_m_per_s2 = [0.0, 0.0, 0.0]

@@ -15,6 +15,7 @@ from typing import Any
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
+from paper.blades import blade_sections  # noqa: E402
 from paper.engine import engine_sections  # noqa: E402
 from paper.rows import Row, agreement_chart, document, table  # noqa: E402
 from paper.runs import PAGE, PICTURES, Run, drawn  # noqa: E402
@@ -59,7 +60,7 @@ def main() -> None:
         list(pool.map(_done, (*SEARCHES, *scenes)))
     runs = {name: Run(name) for name in names}
     told: dict[str, list[Row]] = {}
-    writers = (twin_sections, unit_sections, engine_sections)
+    writers = (twin_sections, unit_sections, engine_sections, blade_sections)
     sections = [text for write in writers for text in write(runs, told)]
     every = [row for rows in told.values() for row in rows]
     agreement = drawn([agreement_chart(told)], "agreement.png", "Agreement", "All differences")

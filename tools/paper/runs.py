@@ -43,7 +43,7 @@ class Run:
 
     def __init__(self, name: str) -> None:
         scene = read_scene(ROOT / "scenes" / f"{name}.toml")
-        self.name, self.folder = name, FOLDER / name
+        self.name, self.folder, self.scene = name, FOLDER / name, scene
         known = self.folder / "results.json"
         if known.exists():
             self.document: dict[str, Any] = json.loads(known.read_text(encoding="utf-8"))

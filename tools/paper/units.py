@@ -9,12 +9,15 @@ from typing import Any
 
 import numpy as np
 from numpy.polynomial import Polynomial
+from paper.mode_counts import SEARCHES as MODE_SEARCHES
+from paper.mode_counts import mode_count_sections
 from paper.rows import Row, listed, markdown, per_cent, words
 from paper.runs import SOURCE, STORE, drawn
-from paper.variants import SEARCHED, TRIES, Turning, counted, equally_good, with_highest_mode
+from paper.variants import TRIES, Turning, equally_good, rotating
 from paper.variants import UNITS as SOUGHT
 
 from solidwhirl.analyses.kinds.bearing_laws import Law, law_chart
+from solidwhirl.analyses.kinds.critical_speed_map import map_curves
 from solidwhirl.core.blocks import numbers
 from solidwhirl.core.key_units import unit_of
 from solidwhirl.rotordyn import LEE_ANISOTROPIC, End, modes_at_speed
@@ -43,18 +46,8 @@ _POINTS = 800
 
 
 _EQUALLY_GOOD = partial(equally_good, "lp", float(SIX["rpm"]), STORE)
-_SECOND = {
-    unit: partial(
-        with_highest_mode,
-        unit,
-        SOURCE["section_5_1"]["modes"][unit],
-        SOURCE["section_5_1"]["highest_hz"][unit],
-        STORE,
-    )
-    for unit in SEARCHED
-}
 #: What is computed beside the scenes, and kept in files
-SEARCHES = (*_SECOND.values(), _EQUALLY_GOOD)
+SEARCHES = (*MODE_SEARCHES, _EQUALLY_GOOD)
 
 
 def unit_sections(runs: dict[str, Any], told: dict[str, list[Row]]) -> list[str]:
@@ -75,7 +68,7 @@ def unit_sections(runs: dict[str, Any], told: dict[str, list[Row]]) -> list[str]
         "The casing is what the three units leave of the whole engine, so the totals close by "
         "construction: they say that the remainder is a body (its inertias are positive), no more.",
         "### Section 5.1: modes of the units",
-        *_mode_count_sections(),
+        *mode_count_sections(),
         "### Table 5 and Figure 8: bearings that depend on the speed",
         *_bearing_sections(told["Table 5"]),
         "### Figure 9: critical speed maps of three units",
@@ -130,42 +123,6 @@ def _table_4(runs: dict[str, Any]) -> list[Row]:
         told = (f"engine: {name}", printed, float(value), unit, "casing is the rest")
         rows.append(per_cent("engine: mass properties", *told))
     return rows
-
-
-# -- section 5.1 -----------------------------------------------------------------------------------
-
-
-def _mode_count_sections() -> list[str]:
-    """Numbers of modes of the units, and of what a second variant reaches."""
-    printed, rows = SOURCE["section_5_1"], []
-    for unit, highest in printed["highest_hz"].items():
-        pair = printed["modes"][unit]
-        own = counted(unit, pair, highest)
-        row = [unit, f"{pair} modes to {highest:.0f} Hz", str(own.below), f"{own.pair_hz:.0f} Hz"]
-        if unit in SEARCHED:
-            found = _SECOND[unit]()
-            worst = max(found.missed, key=lambda name: abs(found.missed[name]))
-            row += [
-                f"{found.pair_hz:.0f} Hz",
-                f"{found.models} models, "
-                + ("stopped there" if found.ended == "budget" else found.ended),
-                f"{worst} {found.missed[worst]:+.2%}",
-            ]
-        rows.append((*row, *("not sought" for _ in range(7 - len(row)))))
-    head = (
-        *("unit", "paper", "identified unit: pairs below", "its pair of that number"),
-        *("second variant: that pair", "search", "worst of its other targets"),
-    )
-    return [
-        markdown(head, rows),
-        "**The paper** keeps so many bending modes of each unit, up to a highest frequency. **We** "
-        "count every pair of modes with one nodal diameter on the bearings; ours have more in that "
-        "range. The second variant is identified once more, with the pair of that number as a "
-        "target beside the others, in the same bounds, by one search from the identified unit. "
-        "What it reaches depends on its start and on the number of models it may ask, so it does "
-        "not tell what the assumed arrangement can reach. All else on this page keeps the first "
-        "variant, which meets what is printed as a result.",
-    ]
 
 
 # -- Table 5 and Figure 8 --------------------------------------------------------------------------
@@ -261,27 +218,23 @@ def _bearing_sections(rows: Sequence[Row]) -> list[str]:
 def _map_sections(runs: dict[str, Any]) -> list[str]:
     shown, rows = [], []
     for unit, name in UNITS.items():
-        found = runs[name].analysis("critical_speed_map")
-        stiffness = numbers(found["stiffness_n_per_m"])
-        rpm = numbers(found["shaft_speed_rpm"]).reshape(-1, stiffness.size)
-        at_rest = SOURCE["table_5"][unit][0]
+        at_rest, at_design, _ = SOURCE["table_5"][unit]
         spins = np.linspace(0.0, 1.1 * DESIGN[unit], _POINTS)
         laws = [
             (f"{text} of Appendix A", at_rest * law(spins * RAD_S_PER_RPM), spins)
             for text, law in (("kxx", KXX), ("kyy", KYY))
         ]
-        curves = MapCurves(
-            bearings=["both bearings"],
-            stiffness_n_per_m=stiffness,
-            speed_rpm=rpm,
-            whirl=found["whirl"],
-            free_rpm=numbers(found["free_rpm"]),
-            rigid_rpm=numbers(found["rigid_rpm"]),
-            chosen={at_rest: "Table 5, at rest", SOURCE["table_5"][unit][1]: "design point"},
+        # a unit alone is its own reference
+        curves = map_curves(
+            runs[name].analysis("critical_speed_map"),
+            1.0,
+            chosen={at_rest: "Table 5, at rest", at_design: "design point"},
             supports=laws,
         )
+        # one axis below three maps
+        curves = replace(curves, bearings=["both bearings"])
         shown.append(replace(map_chart(curves, {unit: DESIGN[unit]}, unit), title=unit))
-        rows += _dependence(unit, stiffness, rpm, found["whirl"])
+        rows += _dependence(unit, curves)
     head = ("unit", "critical speed", "whirl", "depends on the stiffness [N/m]")
     said = SOURCE["section_5_3"]
     return [
@@ -295,17 +248,17 @@ def _map_sections(runs: dict[str, Any]) -> list[str]:
         + ". It gives no measure of dependence. **Ours**, from the maps above, is by a threshold "
         f"of our own: a branch depends where its slope in logarithms is {0.5 * _DEPENDS:g} or "
         f"more, {_DEPENDS:.0%} of the 1/2 of a rigid body on springs; another threshold gives "
-        f"other ranges. {stiffness[0]:.0e} N/m is the end of the maps. The curve k(Ω), which the "
-        "caption of the paper's figure names, is drawn over the map: where it meets a branch is a "
+        f"other ranges. {curves.stiffness_n_per_m[0]:.0e} N/m is the end of the maps. The curve "
+        "k(Ω), which the caption of the paper's figure names, is drawn over the map: where it "
+        "meets a branch is a "
         "critical speed.",
     ]
 
 
-def _dependence(
-    unit: str, stiffness: np.ndarray, rpm: np.ndarray, whirl: Sequence[Sequence[str | None]]
-) -> Iterator[tuple[str, ...]]:
+def _dependence(unit: str, curves: MapCurves) -> Iterator[tuple[str, ...]]:
     """Ranges of stiffness on which the first three branches depend."""
-    for number, (branch, sense) in enumerate(zip(rpm[:3], whirl, strict=False)):
+    stiffness = curves.stiffness_n_per_m
+    for number, (branch, sense) in enumerate(zip(curves.speed_rpm[:3], curves.whirl, strict=False)):
         known = np.isfinite(branch)
         if np.count_nonzero(known) < 3:
             continue
@@ -375,22 +328,12 @@ def _in_band(found: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
 # -- Table 6 ---------------------------------------------------------------------------------------
 
 
-def _rotating(hertz: Sequence[float], whirl: Sequence[str], spin_hz: float) -> np.ndarray:
-    """Frequencies that the unit sees: |f - spin| of forward whirl, f + spin of backward whirl."""
-    return np.array(
-        [
-            abs(f - spin_hz) if sense == "forward" else f + spin_hz
-            for f, sense in zip(hertz, whirl, strict=True)
-        ]
-    )
-
-
 def _table_6(lp: Any) -> list[Row]:
     """Modes at rest, and those at speed that come nearest to the printed ones in either frame."""
     _, found = lp.analysis("mode_shapes")["speeds"]
     rows = _references(lp, "modes_at_rest.", "modes at rest", lp.errors_at_rest)
     own, spin = found["frequency_hz"], SIX["rpm"] / 60.0
-    frames = {"rotating": _rotating(own, found["whirl"], spin), "inertial": np.array(own)}
+    frames = {"rotating": rotating(own, found["whirl"], spin), "inertial": np.array(own)}
     error = _error_at(lp, SIX["rpm"])
     for frame, hertz in frames.items():
         for number, printed in enumerate(SIX["undamped"]):
@@ -444,15 +387,10 @@ def _by_rank(hertz: Sequence[Sequence[float] | np.ndarray]) -> np.ndarray:
     return np.array([own[:count] for own in hertz])
 
 
-def _seen_by(unit: Turning) -> np.ndarray:
-    """Frequencies that a unit sees."""
-    return _rotating(unit.frequency_hz, unit.whirl, SIX["rpm"] / 60.0)
-
-
 def _spread_table(units: Sequence[Turning]) -> str:
     """Frequencies at speed of the identified unit and of all, by rank."""
     fixed = _by_rank([u.frequency_hz for u in units])
-    seen = _by_rank([_seen_by(u) for u in units])
+    seen = _by_rank([u.seen_by(SIX["rpm"]) for u in units])
     rows = [
         (
             str(k + 1),
@@ -478,7 +416,7 @@ def _spread_text(units: Sequence[Turning]) -> str:
     if not away:
         return text + "none was found that meets all of them to their tolerances."
     spread = np.ptp(_by_rank([u.frequency_hz for u in units]), axis=0)
-    every = [f for u in units for f in (*u.frequency_hz, *_seen_by(u))]
+    every = [f for u in units for f in (*u.frequency_hz, *u.seen_by(SIX["rpm"]))]
     lost = [f for f in SIX["undamped"] if np.abs(np.array(every) / f - 1.0).min() > _NEAR]
     return (
         f"{text}{len(away)} were found that meet all of them to their tolerances; their parameter "
@@ -491,7 +429,7 @@ def _spread_text(units: Sequence[Turning]) -> str:
             f"{words(lost, '.1f')} Hz."
             if lost
             else f"Each printed value has, in one of the frames, a mode of one of these within "
-            f"{_NEAR:.0%}."
+            f"{_NEAR:.0%}: chosen afterwards among {len(every)} frequencies, which proves nothing."
         )
     )
 
@@ -587,7 +525,7 @@ def _waterfall_sections(lp: Any) -> list[str]:
     whirls = list(zip(*lp.document["campbell"]["whirl"], strict=True))
     for speed, f in SOURCE["figure_16"]["peaks"]:
         fixed = np.array([np.interp(speed, speeds, branch) for branch in branches])
-        turned = _rotating(fixed, whirls[int(np.abs(speeds - speed).argmin())], speed / 60.0)
+        turned = rotating(fixed, whirls[int(np.abs(speeds - speed).argmin())], speed / 60.0)
         nearest = [int(np.nanargmin(np.abs(values - f))) for values in (turned, fixed)]
         told = (
             f"{values[k]:.1f} Hz ({values[k] / f - 1.0:+.0%}), branch {k + 1}"

@@ -21,12 +21,10 @@ from solidwhirl.geometry.feature_shapes import bottom_distance, hole_range, larg
 from solidwhirl.meshing.own import drawing as drawn
 from solidwhirl.meshing.own.features.cut import Cut, section_named
 from solidwhirl.meshing.own.features.solids import Solids
+from solidwhirl.meshing.own.grading import AROUND, edge_at_hole, face_bounds, graded_places
 from solidwhirl.meshing.records import FloatArray, LocalSize, MeshSize
 from solidwhirl.rotordyn.core.arrays import BoolArray
 
-#: Fewest elements around any curved surface. An element with two faces on one is folded unless its
-#: edges are made straight: at 16 that takes 1 per mille of a shaft's mass, at 24 6 millionths.
-AROUND = 24
 # Points along a graded curve, from which distances are measured: at most so many.
 _MOST_SAMPLES = 400
 # What lies nearer to a plane than this part of the body's size lies in it.
@@ -54,9 +52,9 @@ def set_sizes(
     if local is not None:
         drawn.set_smallest(drawn.local_sizes(local, size, unit_m))
         return
-    places = drawn.graded_places(body, subdivision, size)
+    places = graded_places(body, subdivision, size)
     plane = drawn.graded_fields(places, size.growth, size, 2, unit_m)
-    bounds = drawn.face_bounds(body, subdivision, size, 3)
+    bounds = face_bounds(body, subdivision, size, 3)
     fields = drawn.bounded(
         [(bounds[face], [tag]) for tag, face in solids.face.items()], "VolumesList", unit_m
     )
@@ -113,11 +111,6 @@ def _graded_curves(
             reentrant |= inner & _inside_edges(feature, section, own, near)
     out.append((tags[reentrant], size.corner_size_m))
     return [([int(t) for t in on], edge) for on, edge in out if len(on)]
-
-
-def edge_at_hole(hole: Hole, size: MeshSize) -> float:
-    """Element edge at the wall of a hole [m]."""
-    return min(size.size_m, np.pi * hole.diameter_m / AROUND)
 
 
 def _root_curves(solids: Solids) -> list[int]:

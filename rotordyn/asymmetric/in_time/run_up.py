@@ -5,6 +5,7 @@ The frame turns by θ = |m| ∫Ω dt at p = |m| Ω, m the speed ratio of these b
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import Any, NamedTuple
@@ -102,6 +103,7 @@ def run_up_rotating(
     Raises AnalysisError if an argument has no meaning, the step is too long for the speed, or a
     bearing that is recorded is rigid; AssemblyError if a place does not exist or lacks a component.
     """
+    begun = time.perf_counter()
     how = RunSettings(**settings)
     plan = _plan(rotating, profile, unbalances, how, own_unbalance)
     shapes, n = plan.system.shapes, plan.system.size
@@ -129,6 +131,7 @@ def run_up_rotating(
         final=MotionState(displacement=shapes @ state[:n], velocity=shapes @ state[n:]),
         notes=speed_limit_notes(plan.profile, rotating.speed_limit_rad_s),
         stopped=stopped,
+        wall_time_s=time.perf_counter() - begun,
     )
 
 

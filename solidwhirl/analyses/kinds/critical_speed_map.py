@@ -125,18 +125,37 @@ class CriticalSpeedMapSpec(base.Stiffnesses):
         """The map over the speed of the shaft that excites."""
         document, rpm = found.document, self.operating_speed_rpm
         ratio = abs(found.engine.speed_ratios[self.excited_by])
-        stiffness = numbers(document["stiffness_n_per_m"])
-        curves = MapCurves(
-            bearings=self.bearings,
-            stiffness_n_per_m=stiffness,
-            speed_rpm=numbers(document["shaft_speed_rpm"]).reshape(-1, stiffness.size),
-            whirl=document["whirl"],
-            free_rpm=numbers(document["free_rpm"]) * ratio,
-            rigid_rpm=numbers(document["rigid_rpm"]) * ratio,
+        curves = map_curves(
+            document,
+            ratio,
             chosen=_chosen(found.engine, self.bearings, document["supports"]),
             supports=_support_curves(document["supports"]),
         )
         return map_chart(curves, {} if rpm is None else {self.excited_by: rpm}, self.excited_by)
+
+
+def map_curves(
+    document: Mapping[str, Any],
+    ratio: float,
+    *,
+    chosen: Mapping[float, str],
+    supports: Sequence[tuple[str, FloatArray, FloatArray]],
+) -> MapCurves:
+    """Return what a map draws, from its document; `chosen` and `supports` as in `MapCurves`.
+
+    `ratio`: speed of the shaft that excites over that of the reference shaft.
+    """
+    stiffness = numbers(document["stiffness_n_per_m"])
+    return MapCurves(
+        bearings=document["bearings"],
+        stiffness_n_per_m=stiffness,
+        speed_rpm=numbers(document["shaft_speed_rpm"]).reshape(-1, stiffness.size),
+        whirl=document["whirl"],
+        free_rpm=numbers(document["free_rpm"]) * ratio,
+        rigid_rpm=numbers(document["rigid_rpm"]) * ratio,
+        chosen=chosen,
+        supports=supports,
+    )
 
 
 def _support_curves(

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Hashable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
@@ -29,7 +28,6 @@ from solidwhirl.rotordyn.plots.chart import Axis, Bars, Chart, Look, series_look
 from solidwhirl.rotordyn.response.unbalance_peaks import ResonancePeak, resonance_peaks
 from solidwhirl.rotordyn.run_up.complexity import (
     ComplexityComparison,
-    TimedRun,
     compare_complexity,
     rigid_bodies_system,
 )
@@ -39,7 +37,7 @@ from solidwhirl.rotordyn.run_up.force_spectrum import (
     spectrogram,
     spectrum_peaks,
 )
-from solidwhirl.rotordyn.run_up.integration import PartRun, run_up
+from solidwhirl.rotordyn.run_up.integration import run_up
 from solidwhirl.rotordyn.run_up.record import Divergence, EnergyBalance, RunUp
 from solidwhirl.rotordyn.run_up.response import NormalisedResponse, normalised_response
 from solidwhirl.rotordyn.run_up.speed_profile import ramp_and_hold
@@ -167,7 +165,6 @@ class RunUpSpec(Analysis):
         profile = ramp_and_hold(self.to_rpm * RAD_S_PER_RPM, self.ramp_s, self.hold_s)
         unbalances = [unbalance_of(u) for u in self.unbalances]
         every = max(1, round(self.sampling_hz / self.record_hz))
-        start = time.perf_counter()
         settings: dict[str, Any] = {
             "step_s": 1.0 / self.sampling_hz,
             "record_every": every,
@@ -176,13 +173,11 @@ class RunUpSpec(Analysis):
             "gravity_m_per_s2": self.gravity_m_per_s2,
             "drives": [end_of(place) for place in self.drives],
         }
-        parts: dict[Hashable, PartRun] = {}
         if engine.rotating is None:
-            run = run_up(engine.system, profile, unbalances, known=parts, **settings)
+            run = run_up(engine.system, profile, unbalances, known=engine.run_ups, **settings)
         else:
             run = run_up_rotating(engine.rotating, profile, unbalances, **settings)
-        spent = time.perf_counter() - start
-        document = _document(self, run, spent)
+        document = _document(self, run)
         if engine.rotating is not None:
             document["growth_ends"] = _growth_document(run)
         record = {f"{self.label}.npz": partial(_write_record, run, {})}
@@ -200,8 +195,7 @@ class RunUpSpec(Analysis):
             document["normalised_response"] = _response_document(responses["all modes"])
         if self.compare_flexible:
             # models are compared without what acts beside the unbalance
-            alone = self.gravity_m_per_s2 is None and not self.drives
-            compared = _compare(self, engine.system, TimedRun(run, spent, parts) if alone else None)
+            compared = _compare(self, engine)
             document["complexity"] = _complexity_document(compared)
             responses |= dict(zip(compared.names, compared.responses, strict=True))
         return Outcome(
@@ -209,7 +203,8 @@ class RunUpSpec(Analysis):
             document=document,
             files={f"{self.label}.npz": partial(_write_record, run, responses)},
             headline=f"largest mount force {document['largest_mount_force_n']:.4g} N, "
-            f"{_growth_text(document)}{profile.duration_s:g} s simulated in {spent:.1f} s",
+            f"{_growth_text(document)}{profile.duration_s:g} s simulated in "
+            f"{run.wall_time_s:.1f} s",
         )
 
     def pictures(self, found: Found) -> Mapping[str, Charts]:
@@ -334,7 +329,7 @@ def _growth_text(document: Mapping[str, Any]) -> str:
     return f"motion grows until {end['speed_rpm']:.0f} rpm, " if end else ""
 
 
-def _document(spec: RunUpSpec, run: RunUp, spent: float) -> dict[str, Any]:
+def _document(spec: RunUpSpec, run: RunUp) -> dict[str, Any]:
     force = run.bearing_force_n(spec.mount)
     fastest = max([abs(r) for r in run.speed_ratios.values()] or [1.0]) * spec.to_rpm / 60.0
     peaks: Sequence[ResonancePeak] = ()
@@ -350,8 +345,8 @@ def _document(spec: RunUpSpec, run: RunUp, spent: float) -> dict[str, Any]:
         "step_s": run.step_s,
         "steps": round(steps),
         "steps_per_frozen_speed_at_most": run.longest_block,
-        "wall_time_s": spent,
-        "wall_time_per_step_s": spent / steps,
+        "wall_time_s": run.wall_time_s,
+        "wall_time_per_step_s": run.wall_time_s / steps,
         "mount": spec.mount,
         "largest_mount_force_n": float(np.linalg.norm(force[:2], axis=0).max()),
         "fastest_excitation_hz": fastest,
@@ -413,12 +408,11 @@ def _response_document(response: NormalisedResponse) -> dict[str, Any]:
     }
 
 
-def _compare(
-    spec: RunUpSpec, system: AssembledSystem, full: TimedRun | None
-) -> ComplexityComparison:
+def _compare(spec: RunUpSpec, engine: Engine) -> ComplexityComparison:
     """Run models in which only some bodies keep their flexibility."""
+    system = engine.system
     turning = [name for name, rotor in system.system.rotors.items() if rotor.speed_ratio != 0]
-    variants = {"all modes": system}
+    variants: dict[str, AssembledSystem] = {"all modes": system}
     for kept in spec.compare_flexible:
         name = "modes of " + " and ".join(kept) if kept else "no modes"
         variants[name] = rigid_bodies_system(system, [b for b in turning if b not in kept])
@@ -430,7 +424,7 @@ def _compare(
         step_s=1.0 / spec.sampling_hz,
         bands_hz=spec.bands_hz,
         record_every=max(1, round(spec.sampling_hz / spec.record_hz)),
-        full=full,
+        known=engine.run_ups,
     )
 
 

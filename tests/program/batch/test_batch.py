@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+import json
 import re
 import shutil
 import signal
@@ -299,6 +300,22 @@ def test_batch_runs_on_the_executor_of_a_user(tmp_path):
     ]
     again = run_batch([scene], mine, resume=True)
     assert again == found
+
+
+@pytest.mark.solver
+def test_bodies_of_cases_that_begin_together_are_refined_once(tmp_path, small_scene):
+    """Two workers, one body, two stiffnesses: one refines, the other begins where that ended."""
+    springs = {"name": "k", "places": ["bearings[left].stiffness_n_per_m"], "values": [1e7, 1.5e7]}
+    data = small_scene(model={"estimates": "on", "level": "harmonic", "accuracy": 1e-3})
+    data["sweep"] = {"method": "list", "parameters": [springs]}
+    scene, mine = written(tmp_path, data), CaseSettings(out=tmp_path / "out", pictures=False)
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+        rows = run_batch([scene], mine, executor=pool, workers=2)
+    assert [row.status for row in rows] == ["done"] * 2
+    files = sorted((tmp_path / "out").glob("*/results.json"))
+    found = [json.loads(file.read_text(encoding="utf-8")) for file in files]
+    assert sorted(bool(one["body_problems"]) for one in found) == [False, True]
+    assert max(len(one["accuracy"]["rounds"]) for one in found) > 1
 
 
 # a stage as a run computes it, once a file says that all are there; own processes, since a copy of

@@ -246,6 +246,21 @@ def test_all_of_a_run_is_in_the_forecast(planned, small_scene):
     assert document["pictures_cpu_s"] > document["page_cpu_s"] > 0.0
 
 
+def test_a_comparison_of_levels_costs_a_run_on_the_other_one(planned, small_scene):
+    """All but start, files and page: bodies, engine and estimates."""
+    table = {"kind": "level_comparison", "level": "solid"}
+    data = small_scene()
+    del data["model"]["modes"]  # the other level has a basis of its own
+    scene, bodies, plan = planned(data | {"analyses": [table]}, level="harmonic")
+    found = forecast(scene, plan, bodies, machine=REFERENCE)
+    scene, bodies, plan = planned(data, level="solid")
+    other = forecast(scene, plan, bodies, machine=REFERENCE)
+    around = other.start_s + other.writing.files_s + other.writing.page_s
+    cost = found.analyses["level_comparison"]
+    assert cost.seconds == pytest.approx(other.seconds - around, rel=0.1)
+    assert cost.memory_gib > 0.0
+
+
 def test_effects_cost_what_forecasts_without_them_save(planned, small_scene):
     scene, bodies, plan = planned(small_scene(rpm=np.linspace(0.0, 3e4, 11)), level="harmonic")
     expected = forecast(scene, plan, bodies, machine=REFERENCE)

@@ -47,9 +47,11 @@ FILES = {
     "bearing_laws": ["_A.png", "_C.png"],
     "static": ["_0rpm.png", "_6000rpm.png"],
     "api617": [".png", "_stability.png"],
+    "impact_test": [".png", "_modes.png", ".unv"],
 }
 # lengths of what keys hold; none where that is a number, or of any length
 SHAPES = tomllib.loads("""
+impact_test = { hammer = [1], sensor = [1], frequency_hz = [20], real_m_per_s2_n = [1, 1, 20] }
 unbalance_response = { unbalances = [2], exciters = [2] }
 place_map = { frequency_hz = [2], amplitude_m = [2], peaks = [2] }
 waterfall = { speed_rpm = [3], frequency_hz = [9], amplitude_m = [3, 9], highest_m = [3, 9], \
@@ -93,6 +95,7 @@ PURE = """
     largest_relative_residual relative_residual states steps steps_per_frozen_speed_at_most
     force_per_force
     frequency_error_estimate amplitude_error_estimate sampling_error_estimate error_parts
+    count relative_difference computed mac damping_ratio
     to_spare value limit margin required_margin error_estimate height_error_estimate
     speed_error_estimate scale_factor times_expected critical_speed_ratio applied_at
     log_decrement_at_expected worst_to_spare
@@ -120,7 +123,13 @@ def test_document(document, kind):
 
 @pytest.mark.parametrize("kind", ALL)
 def test_files(folder, kind):
-    starts = {".png": b"\x89PNG\r\n\x1a\n", ".npz": b"PK", ".h5": b"\x89HDF", ".mat": b"MATLAB 5.0"}
+    starts = {
+        ".png": b"\x89PNG\r\n\x1a\n",
+        ".npz": b"PK",
+        ".h5": b"\x89HDF",
+        ".mat": b"MATLAB 5.0",
+        ".unv": b"    -1",
+    }
     found = {p.name for p in folder.iterdir() if p.name.startswith(kind)}
     assert found == {kind + suffix for suffix in FILES.get(kind, [".png"])}
     report = (folder / "report.md").read_text(encoding="utf-8")

@@ -29,6 +29,7 @@ from solidwhirl.rotordyn.estimates.eigenvalue_errors import (
 from solidwhirl.rotordyn.modes.left_vectors import (
     balance_of,
     dynamic_stiffness,
+    mirror_signs,
     mode_pairs,
     state_products,
 )
@@ -94,6 +95,39 @@ def test_errors_of_decrements(full, options):
     near = np.abs(exact.eigenvalues[:, None] - modes.eigenvalues[:4]).argmin(axis=0)
     true = np.abs(exact.log_decrement[near] - modes.log_decrement[:4])
     np.testing.assert_allclose(decrement_errors(system, modes)[:4], true, rtol=0.1, atol=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("options", "has_mirror"),
+    [
+        ({"damping": 700.0}, True),
+        ({"damping": 2e3, "cross": 2e7, "isotropic": True}, True),
+        ({"damping": 2e3, "cross": 2e7}, True),
+        ({"damping": 2e3, "cross": 2e7, "even": 1e7}, False),
+    ],
+)
+def test_left_vectors_are_those_of_the_mirrored_system(full, options, has_mirror):
+    """They annihilate D(s); symmetric cross terms beside skew ones leave no mirror."""
+    even = options.pop("even", 0.0) * np.array([[0.0, 1.0], [1.0, 0.0]])
+    held = [
+        dataclasses.replace(b, stiffness_n_per_m=b.stiffness_n_per_m + even)
+        for b in _supports(7e7, **options)
+    ]
+    system = one_rotor(truncated(full, 16), held)
+    modes = rd.modes_at_speed(system, 500.0)
+    matrices = rd.matrices_at_speed(system, 500.0)
+    signs = mirror_signs(matrices)
+    assert (signs is not None) == has_mirror
+    pairs = mode_pairs(matrices, modes)
+    for rate, left in zip(pairs.rates, pairs.left.T, strict=True):
+        dynamic = dynamic_stiffness(matrices, rate)
+        size = np.abs(left) @ np.abs(dynamic)
+        assert (np.abs(left @ dynamic) <= 1e-7 * size.max()).all()
+    if signs is not None:
+        velocity = matrices.damping + matrices.gyroscopic
+        for matrix in (matrices.mass, velocity, matrices.stiffness):
+            mirrored = signs[:, None] * matrix * signs
+            assert np.abs(mirrored - matrix.T).max() <= 1e-10 * np.abs(matrix).max()
 
 
 def test_error_of_the_estimate_falls_with_the_square_of_the_cutoff(full):

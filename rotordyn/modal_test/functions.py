@@ -1,0 +1,62 @@
+"""Frequency response functions between places of a system that stands still."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from solidwhirl.rotordyn.assembly.system import AssembledSystem, at_rate, matrices_at_speed
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
+from solidwhirl.rotordyn.modal_test.families import ModeFamilies
+from solidwhirl.rotordyn.response.points import PointMatrices, solve_points
+
+#: Powers of iω that make of a receptance (displacement per force) the other functions.
+ORDERS = {"receptance": 0, "mobility": 1, "accelerance": 2}
+
+
+def receptances(
+    system: AssembledSystem,
+    families: ModeFamilies,
+    rows: tuple[FloatArray, FloatArray],
+    frequencies_rad_s: FloatArray,
+    damping_ratio: FloatArray,
+) -> ComplexArray:
+    """Return displacement per force at rest, shape (f, outputs, inputs), m/N.
+
+    `rows`: what outputs (o, n) and inputs (i, n) see of the coordinates. `damping_ratio`: of each
+    mode of the families, (m,), beside the damping of bearings and bodies. Raises
+    NoSteadyResponseError at an undamped resonance that is hit exactly.
+
+    [K + iω (C + Σ 2 ζ ωᵣ M φ φᵀ M) − ω² M] q = f, solved at each frequency: no mode is cut off, and
+    motions at 0 Hz are among it. Ewins 2000, Modal Testing, sections 2.3 and 2.4.
+    """
+    outputs, inputs = rows
+    load = inputs.T.astype(complex)[None]
+    modal = _modal_damping(system, families, damping_ratio)
+    solved = [
+        solve_points(_matrices(part, modal), np.zeros(w.size), w, np.repeat(load, w.size, axis=0))
+        for part, w in _parts(system, frequencies_rad_s)
+    ]
+    return np.concatenate([outputs @ found.displacement for found in solved])
+
+
+def _modal_damping(
+    system: AssembledSystem, families: ModeFamilies, damping_ratio: FloatArray
+) -> FloatArray:
+    momentum = system.mass @ families.shapes
+    rate = 4.0 * np.pi * damping_ratio * families.frequency_hz
+    return np.asarray((momentum * rate) @ momentum.T)
+
+
+def _parts(
+    system: AssembledSystem, frequencies: FloatArray
+) -> list[tuple[AssembledSystem, FloatArray]]:
+    """Return the system with frequencies at which it is the same."""
+    if not system.depends_on_frequency:
+        return [(system, frequencies)]
+    return [(at_rate(system, 1j * float(w)), np.array([w])) for w in frequencies]
+
+
+def _matrices(system: AssembledSystem, modal: FloatArray) -> PointMatrices:
+    found = matrices_at_speed(system, 0.0)
+    triple = (found.mass, found.damping + found.gyroscopic + modal, found.stiffness)
+    return lambda speed_rad_s: triple

@@ -1,0 +1,85 @@
+"""Lateral motion of any place along a body, per independent coordinate of a system."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from solidwhirl.rotordyn.assembly.coordinates import body_rows, interface_row
+from solidwhirl.rotordyn.assembly.system import AssembledSystem
+from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.errors import AnalysisError
+from solidwhirl.rotordyn.modes.centreline import Centreline, centreline_motion, interface_rows
+
+# Share of the length of a body beyond its outermost known points at which a place still counts as
+# on it; what is beyond them is continued.
+_REACH = 0.02
+_SAME_PLACE = 1e-9
+
+
+def interface_direction(
+    system: AssembledSystem, body: str, interface: str, direction: FloatArray
+) -> FloatArray:
+    """Return the motion of an interface along a direction per coordinate, shape (n,).
+
+    `direction`: of x and y, unit length, (2,). Raises AssemblyError if it has no such motion.
+    """
+    rows = [
+        factor * interface_row(system, body, interface, component)
+        for factor, component in zip(direction, ("ux", "uy"), strict=True)
+        if factor
+    ]
+    return np.asarray(sum(rows))
+
+
+def place_direction(
+    system: AssembledSystem, body: str, at_m: float, direction: FloatArray
+) -> FloatArray:
+    """Return the motion of the axis of a body at a place along a direction, shape (n,).
+
+    `at_m`: along the axis, m; `direction`: as of `interface_direction`. Between points whose
+    motion is known (`centreline_motion`) a cubic spline holds. Raises AnalysisError if the
+    place lies off the body, AssemblyError if there is no such body.
+    """
+    rows = body_rows(system, body)
+    line = _known_points(system, body)
+    low, high = float(line.axial_m[0]), float(line.axial_m[-1])
+    reach = _REACH * (high - low)
+    if not low - reach <= at_m <= high + reach:
+        raise AnalysisError(
+            f"{at_m:g} m lies off body {body!r}, whose axis is known from {low:g} to {high:g} m"
+        )
+    motion = line.modes[0] if line.axial_m.size == 1 else _between(line, at_m)
+    return np.asarray(direction @ motion @ rows)
+
+
+def _between(line: Centreline, at_m: float) -> FloatArray:
+    """Return ux and uy at a place per coordinate of the body, shape (2, n)."""
+    if line.axial_m.size > 2:
+        return np.asarray(CubicSpline(line.axial_m, line.modes)(at_m))
+    share = (at_m - line.axial_m[0]) / (line.axial_m[1] - line.axial_m[0])
+    return np.asarray((1.0 - share) * line.modes[0] + share * line.modes[1])
+
+
+def _known_points(system: AssembledSystem, body: str) -> Centreline:
+    """Return the centre line of a body by rising places, its interfaces if it has no points."""
+    element = system.system.rotors[body].element
+    line = centreline_motion(element)
+    if not line.axial_m.size:
+        nodes = interface_rows(element)
+        line = Centreline(nodes.axial_m, nodes.modes)
+    if not line.axial_m.size:
+        raise AnalysisError(f"nothing is known of the lateral motion of body {body!r}")
+    order = np.argsort(line.axial_m, kind="stable")
+    places = line.axial_m[order]
+    apart = np.append(True, np.diff(places) > _SAME_PLACE * max(float(np.ptp(places)), 1e-300))
+    return Centreline(places[apart], line.modes[order][apart])
+
+
+def lateral_rows(system: AssembledSystem) -> FloatArray:
+    """Return ux and uy of the axes of all bodies per coordinate, shape (p, n)."""
+    found = [
+        np.einsum("pcn,nm->pcm", _known_points(system, body).modes, body_rows(system, body))
+        for body in system.system.rotors
+    ]
+    return np.concatenate([rows.reshape(-1, system.size) for rows in found])

@@ -1,0 +1,115 @@
+"""Computed functions and modes of a hammer test as a universal file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from solidwhirl.analyses.measured.reading import file_place, freedom
+from solidwhirl.analyses.measured.records import Freedom
+from solidwhirl.analyses.measured.spec import MeasuredSpec, MeasuringPointSpec
+from solidwhirl.analyses.measured.universal_files import FileFunction, FileMode, write_universal
+from solidwhirl.analyses.unbalances import end_of
+from solidwhirl.rotordyn import AssembledSystem
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
+from solidwhirl.rotordyn.modal_test.families import ModeFamilies
+
+_SEEN = 1e-8
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ComputedTest:
+    """What a hammer test would find."""
+
+    hammers: Sequence[MeasuringPointSpec]
+    sensors: Sequence[MeasuringPointSpec]
+    quantity: str
+    #: In equal steps, (f,)
+    frequency_hz: FloatArray
+    #: (hammer, sensor, frequency)
+    values: ComplexArray
+    families: ModeFamilies
+    #: Of the families that are written
+    damping_ratio: Sequence[float]
+    #: What the sensors see of the coordinates of the system, (s, n)
+    seen: FloatArray
+
+
+def exported(
+    test: ComputedTest, system: AssembledSystem, measured: MeasuredSpec | None, path: Path
+) -> None:
+    """Write functions and modes as the sensors see them, in the directions of measured files.
+
+    Points without a node get numbers that are free, one for each place. A family whose modes the
+    sensors see in two planes is written as two modes.
+    """
+    own = measured or MeasuredSpec.model_construct(directions=("x", "y"))
+    points = dict.fromkeys([*test.hammers, *test.sensors])
+    places = {point: _place(system, point) for point in points}
+    nodes = _numbers(places)
+    ends = {p: freedom(p.model_copy(update={"node": nodes[p]}), own) for p in places}
+    functions = [
+        FileFunction(
+            ends[sensor][0],
+            ends[hammer][0],
+            test.quantity,
+            test.frequency_hz,
+            ends[sensor][1] * ends[hammer][1] * test.values[h, s],
+        )
+        for h, hammer in enumerate(test.hammers)
+        for s, sensor in enumerate(test.sensors)
+    ]
+    hertz = test.families.lateral_hz
+    modes = [
+        FileMode(float(hertz[k]), ratio, _motion(shape, test.sensors, ends))
+        for k, ratio in enumerate(test.damping_ratio)
+        for shape in _seen(test.families.motion(test.seen, k))
+    ]
+    at = {nodes[point]: file_place(at_m, own) for point, (_, at_m) in places.items()}
+    write_universal(path, functions, modes, at)
+
+
+def _place(system: AssembledSystem, point: MeasuringPointSpec) -> tuple[str, float]:
+    """Return body and place along the axis of a point."""
+    if point.at is None:
+        return str(point.body), float(point.at_m or 0.0)
+    end = end_of(point.at)
+    nodes = system.system.rotors[end.body].element.interfaces
+    return end.body, next(float(n.position_m[2]) for n in nodes if n.name == end.interface)
+
+
+def _numbers(places: dict[MeasuringPointSpec, tuple[str, float]]) -> dict[MeasuringPointSpec, int]:
+    """Return node numbers: those that are given, and free ones, the same at the same place."""
+    given = {place: point.node for point, place in places.items() if point.node is not None}
+    used, following = {p.node for p in places}, 1
+    found = {}
+    for point, place in places.items():
+        if point.node is None and place not in given:
+            while following in used:
+                following += 1
+            given[place] = following
+            used.add(following)
+        found[point] = point.node or given[place]
+    return found
+
+
+def _seen(motion: FloatArray) -> list[FloatArray]:
+    """Return the independent motions of the sensors in a family."""
+    left, singular, _ = np.linalg.svd(motion, full_matrices=False)
+    large = singular > _SEEN * max(float(singular.max(initial=0.0)), 1e-300)
+    return [left[:, k] * singular[k] for k in np.flatnonzero(large)]
+
+
+def _motion(
+    shape: FloatArray,
+    sensors: Sequence[MeasuringPointSpec],
+    ends: dict[MeasuringPointSpec, tuple[Freedom, int]],
+) -> dict[int, ComplexArray]:
+    found: dict[int, ComplexArray] = {}
+    for value, sensor in zip(shape, sensors, strict=True):
+        (node, direction), sign = ends[sensor]
+        found.setdefault(node, np.zeros(3, dtype=complex))[direction - 1] = sign * value
+    return found

@@ -1,0 +1,205 @@
+"""A hammer test at rest: computed and measured functions and modes beside each other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import BeforeValidator, Field, model_validator
+
+from solidwhirl.analyses import base
+from solidwhirl.analyses.measured.comparison import compared
+from solidwhirl.analyses.measured.export import ComputedTest, exported
+from solidwhirl.analyses.measured.pictures import (
+    frequency_table,
+    function_charts,
+    mac_table,
+    mode_chart,
+)
+from solidwhirl.analyses.measured.reading import read_measured
+from solidwhirl.analyses.measured.records import Measured, MeasuredFileError
+from solidwhirl.analyses.measured.spec import MeasuredSpec, MeasuringPointSpec, point_problems
+from solidwhirl.analyses.unbalances import end_of
+from solidwhirl.analyses.work import EngineSize, Work
+from solidwhirl.core.blocks import AnalysisBlock, Text
+from solidwhirl.core.fields import MOST, several
+from solidwhirl.core.outcome import Outcome, PageSection
+from solidwhirl.rotordyn import AssembledSystem
+from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.errors import AnalysisError
+from solidwhirl.rotordyn.modal_test.families import by_mode, mode_families
+from solidwhirl.rotordyn.modal_test.functions import ORDERS, receptances
+from solidwhirl.rotordyn.modal_test.places import interface_direction, place_direction
+
+_Points = Annotated[tuple[MeasuringPointSpec, ...], Field(min_length=1, max_length=200)]
+_Ratio = Annotated[float, Field(ge=0, lt=1, allow_inf_nan=False, strict=True)]
+#: Ends of the keys of functions by their quantity.
+UNITS = {"receptance": "m_per_n", "mobility": "m_per_s_n", "accelerance": "m_per_s2_n"}
+
+
+class ImpactTestSpec(base.Frequencies):
+    """A hammer test at rest: functions and modes, computed and measured."""
+
+    section = PageSection(
+        "impact-test",
+        "Hammer tests",
+        "What a hammer and sensors find on the machine at rest, computed and measured.",
+        115,
+    )
+    suffixes = (".png", "_modes.png", ".unv")
+    axes = {  # noqa: RUF012
+        f"{part}_{unit}": ("hammer", "sensor", "frequency_hz")
+        for unit in UNITS.values()
+        for part in ("real", "imaginary")
+    }
+
+    kind: Literal["impact_test"]
+    hammers: _Points
+    sensors: _Points
+    quantity: Literal["receptance", "mobility", "accelerance"] = "accelerance"
+    damping_ratio: Annotated[
+        tuple[_Ratio, ...], Field(min_length=1, max_length=MOST), BeforeValidator(several)
+    ] = (0.0,)
+    measured: MeasuredSpec | None = None
+
+    @model_validator(mode="after")
+    def _not_too_large(self) -> ImpactTestSpec:
+        functions = len(self.hammers) * len(self.sensors)
+        base.refuse_large("functions x frequencies", functions, self.frequency_count)
+        return self
+
+    def problems(self, ends_m: Mapping[str, tuple[float, float]]) -> Iterator[str]:
+        """Yield what can not be had of points and files, each line beginning with a key.
+
+        `ends_m`: lowest and highest place of bodies that are drawn.
+        """
+        found = [
+            *point_problems("hammers", self.hammers, ends_m),
+            *point_problems("sensors", self.sensors, ends_m),
+        ]
+        yield from found
+        if not found:
+            try:
+                self.read()
+            except MeasuredFileError as error:
+                yield f"measured: {error}"
+
+    def read(self) -> Measured | None:
+        """Return what was measured, None without any.
+
+        Raises MeasuredFileError: a file can not be taken.
+        """
+        if self.measured is None:
+            return None
+        return read_measured(self.measured, self.hammers, self.sensors)
+
+    def work(self, size: EngineSize) -> Work:
+        """How much it has to solve."""
+        return Work(eigenproblems=1.0, solves=float(self.frequency_count), results=10.0)
+
+    def run(self, engine: base.Engine) -> Outcome:
+        """Functions between all hammers and sensors, and modes beside the measured ones."""
+        system = engine.system
+        families = mode_families(system)
+        hammers, sensors = (_rows(system, points) for points in (self.hammers, self.sensors))
+        omega = self.frequencies_rad_s
+        damping = by_mode(families, self.damping_ratio)
+        moved = receptances(system, families, (sensors, hammers), omega, damping)
+        values = (moved.T * (1j * omega) ** ORDERS[self.quantity]).T.transpose(2, 1, 0)
+        highest, measured = self.frequency_max_hz, self.read()
+        if measured is not None and measured.modes:
+            highest = max(highest, 1.5 * measured.modes[-1].frequency_hz)
+        count = int((families.lateral_hz <= highest).sum())
+        unit = UNITS[self.quantity]
+        ratios = [float(damping[families.family == k][0]) for k in range(count)]
+        document = {
+            "quantity": self.quantity,
+            "hammer": [point.name for point in self.hammers],
+            "sensor": [point.name for point in self.sensors],
+            "frequency_hz": (omega / (2.0 * np.pi)).tolist(),
+            f"real_{unit}": values.real.tolist(),
+            f"imaginary_{unit}": values.imag.tolist(),
+            "modes": {
+                "frequency_hz": families.lateral_hz[:count].tolist(),
+                "count": families.sizes[:count].tolist(),
+                "damping_ratio": ratios,
+            },
+        }
+        if measured is not None:
+            motions = [families.motion(sensors, k) for k in range(count)]
+            names = [point.name for point in self.sensors]
+            document["measured"] = compared(measured, families, motions, names, self.quantity)
+        test = ComputedTest(
+            hammers=self.hammers,
+            sensors=self.sensors,
+            quantity=self.quantity,
+            frequency_hz=omega / (2.0 * np.pi),
+            values=values,
+            families=families,
+            damping_ratio=ratios,
+            seen=sensors,
+        )
+        return Outcome(
+            kind=self.kind,
+            document=document,
+            files={f"{self.label}.unv": partial(exported, test, system, self.measured)},
+            headline=_headline(document),
+        )
+
+    def pictures(self, found: base.Found) -> Mapping[str, base.Charts]:
+        """Functions of the first hammer and sensor, and frequencies beside each other."""
+        pictures: dict[str, base.Charts] = {"": partial(function_charts, found.document)}
+        if mode_chart(found.document) is not None:
+            pictures["_modes"] = lambda: [c for c in (mode_chart(found.document),) if c is not None]
+        return pictures
+
+    def blocks(self, found: base.Found) -> Sequence[AnalysisBlock]:
+        """Functions, frequencies side by side, and the MAC table."""
+        document = found.document
+        notes = (document.get("measured") or {}).get("notes") or []
+        said = [Text(text="\n".join(f"- {note}" for note in notes))] if notes else []
+        tables = [t for t in (frequency_table(document), mac_table(document)) if t is not None]
+        modes = mode_chart(document)
+        return [*function_charts(document), *tables, *([modes] if modes else []), *said]
+
+    @classmethod
+    def scalars(cls, document: Mapping[str, Any]) -> base.Scalars:
+        """The largest difference of paired frequencies, and their least MAC."""
+        modes = (document.get("measured") or {}).get("modes") or []
+        differences = [abs(m["relative_difference"]) for m in modes if m["computed"] is not None]
+        yield "largest_relative_difference", base.largest_of(differences)
+        yield "least_mac", base.smallest_of(m["mac"] for m in modes if m["computed"] is not None)
+
+
+def _rows(system: AssembledSystem, points: Sequence[MeasuringPointSpec]) -> FloatArray:
+    """Return what points see of the coordinates of a system, (p, n).
+
+    Raises AnalysisError: a point lies off its body.
+    """
+    rows = []
+    for point in points:
+        if point.at is not None:
+            end = end_of(point.at)
+            rows.append(interface_direction(system, end.body, end.interface, point.vector))
+            continue
+        assert point.body is not None and point.at_m is not None
+        try:
+            rows.append(place_direction(system, point.body, point.at_m, point.vector))
+        except AnalysisError as error:
+            raise AnalysisError(f"impact_test: {point.name!r}: {error}") from error
+    return np.array(rows)
+
+
+def _headline(document: Mapping[str, Any]) -> str:
+    measured = document.get("measured") or {}
+    pairs = [m for m in measured.get("modes", ()) if m["computed"] is not None]
+    if not pairs:
+        lowest = ", ".join(f"{f:.4g}" for f in document["modes"]["frequency_hz"][:4])
+        return f"lowest natural frequencies {lowest} Hz"
+    percent = [100.0 * pair["relative_difference"] for pair in pairs]
+    return (
+        f"{len(pairs)} of {len(measured['modes'])} measured modes found, computed frequencies "
+        f"{min(percent):+.1f} to {max(percent):+.1f} %"
+    )

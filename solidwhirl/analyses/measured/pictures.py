@@ -1,0 +1,195 @@
+"""Charts and tables of a hammer test."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from solidwhirl.core.blocks import Table, numbers
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
+from solidwhirl.rotordyn.plots import chart as charts
+
+_UNITS = {"receptance": "m/N", "mobility": "m/(s N)", "accelerance": "m/(s² N)"}
+_COMPUTED = charts.Look("@c0", "solid")
+_MEASURED = charts.Look("@c1", "dot")
+# Pairs of a hammer and a sensor that a page offers.
+_MOST = 40
+_MARK = charts.Look("@c1", "", "circle", 8)
+
+
+def function_charts(document: Mapping[str, Any]) -> list[charts.Chart]:
+    """Return size and phase of the functions over the frequency, measured ones over computed."""
+    return [_function_chart(document, "size"), _function_chart(document, "phase")]
+
+
+def _function_chart(document: Mapping[str, Any], what: str) -> charts.Chart:
+    quantity, hertz = document["quantity"], numbers(document["frequency_hz"])
+    options, sizes = [], []
+    for hammer, sensor, computed in _functions(document):
+        measured = _measured(document, hammer, sensor)
+        curves = [_curve(hertz, computed, what, "computed", _COMPUTED)]
+        curves += [_curve(x, y, what, "measured", _MEASURED) for x, y in measured]
+        sizes += [np.abs(y) for y in (computed, *(y for _, y in measured))]
+        options.append(charts.Option(label=f"{hammer} to {sensor}", marks=curves))
+    every = np.concatenate(sizes)
+    every = every[every > 0.0]
+    y = (
+        charts.size_axis(quantity, _UNITS[quantity], float(every.min()), float(every.max()))
+        if what == "size" and every.size
+        else charts.Axis(
+            label="phase", unit="°", low=-185.0, high=185.0, step=90.0, digits=".1f"
+        )
+    )  # fmt: skip
+    return charts.Chart(
+        name=f"impact-{what}",
+        title=quantity.capitalize() if what == "size" else "Phase",
+        caption=f"{quantity.capitalize()} from a hammer to a sensor, "
+        + ("its size." if what == "size" else "its phase against the force."),
+        alt=f"{what} of the {quantity} over the frequency, computed and measured.",
+        x=charts.Axis(label="frequency", unit="Hz", low=0.0, high=float(hertz[-1])),
+        y=y,
+        parts=[charts.Choice(label="from hammer to sensor", options=options)],
+    )
+
+
+def _functions(document: Mapping[str, Any]) -> list[tuple[str, str, ComplexArray]]:
+    """Return hammer, sensor and values, those that were measured first."""
+    unit = next(key.removeprefix("real_") for key in document if key.startswith("real_"))
+    values = numbers(document[f"real_{unit}"]) + 1j * numbers(document[f"imaginary_{unit}"])
+    found = [
+        (hammer, sensor, values[h, s])
+        for h, hammer in enumerate(document["hammer"])
+        for s, sensor in enumerate(document["sensor"])
+    ]
+    found.sort(key=lambda one: not _measured(document, one[0], one[1]))
+    return found[:_MOST]
+
+
+def _measured(
+    document: Mapping[str, Any], hammer: str, sensor: str
+) -> list[tuple[FloatArray, ComplexArray]]:
+    functions = (document.get("measured") or {}).get("functions") or ()
+    return [
+        (numbers(f["frequency_hz"]), numbers(f["real"]) + 1j * numbers(f["imaginary"]))
+        for f in functions
+        if (f["hammer"], f["sensor"]) == (hammer, sensor)
+    ]
+
+
+def _curve(
+    x: FloatArray, values: ComplexArray, what: str, name: str, look: charts.Look
+) -> charts.Curve:
+    if what == "size":
+        size = np.abs(values)
+        return charts.Curve(x=x, y=np.where(size > 0.0, size, np.nan), name=name, look=look)
+    phase = np.degrees(np.angle(values))
+    jumps = np.abs(np.diff(phase, prepend=phase[:1])) > 180.0
+    return charts.Curve(x=x, y=np.where(jumps, np.nan, phase), name=name, look=look)
+
+
+def frequency_table(document: Mapping[str, Any]) -> Table | None:
+    """Return measured and computed frequencies side by side; computed ones alone without any."""
+    modes = (document.get("measured") or {}).get("modes")
+    if not modes:
+        own = document["modes"]
+        rows = [
+            [k + 1, float(f), n]
+            for k, (f, n) in enumerate(zip(own["frequency_hz"], own["count"], strict=True))
+        ]
+        head = ["mode", "computed [Hz]", "planes"]
+        return Table(title="Natural frequencies", head=head, rows=rows) if rows else None
+    rows = [
+        [
+            k + 1,
+            mode["frequency_hz"],
+            mode["uncertainty_hz"],
+            mode["computed"],
+            mode["computed_hz"],
+            _percent(mode["relative_difference"]),
+            None if mode["mac"] is None else f"{mode['mac']:.3f}",
+            mode["damping_ratio"],
+        ]
+        for k, mode in enumerate(modes)
+    ]
+    return Table(
+        title="Frequencies side by side",
+        head=[
+            *("measured mode", "measured [Hz]", "± [Hz]", "computed mode", "computed [Hz]"),
+            *("difference [%]", "MAC", "measured damping ratio"),
+        ],
+        rows=rows,
+        caption="Difference of the computed frequency from the measured one. "
+        + (
+            "Pairs are those of the largest sum of MAC, 0.5 at least."
+            if document["measured"]["mac"] and all(m["mac"] or not m["computed"] for m in modes)
+            else "Pairs are those of the nearest frequencies: not all measured modes have shapes."
+        ),
+    )
+
+
+def _percent(value: float | None) -> str | None:
+    return None if value is None else f"{100.0 * value:+.2f}"
+
+
+def mac_table(document: Mapping[str, Any]) -> Table | None:
+    """Return the MAC of measured and computed modes; None without measured shapes."""
+    measured = document.get("measured") or {}
+    mac: Sequence[Sequence[float | None]] | None = measured.get("mac")
+    if not mac:
+        return None
+    computed = document["modes"]["frequency_hz"]
+    rows = [
+        [
+            f"{k + 1}: {charts.hertz_text(mode['frequency_hz'])}",
+            *(None if v is None else f"**{v:.2f}**" if v >= 0.8 else f"{v:.2f}" for v in row),
+        ]
+        for k, (mode, row) in enumerate(zip(measured["modes"], mac, strict=True))
+    ]
+    head = ["measured", *(f"{k + 1}: {charts.hertz_text(f)}" for k, f in enumerate(computed))]
+    return Table(
+        title="Modal assurance criterion",
+        head=head,
+        rows=rows,
+        caption="Rows are measured modes, columns computed ones; of a mode in two planes the "
+        "combination that is most like the measured one. 1: the same shape at the sensors.",
+    )
+
+
+def mode_chart(document: Mapping[str, Any]) -> charts.Chart | None:
+    """Return the differences of paired frequencies; None without measured modes."""
+    modes = (document.get("measured") or {}).get("modes") or []
+    pairs = [m for m in modes if m["computed"] is not None]
+    if not pairs:
+        return None
+    x = np.array([m["frequency_hz"] for m in pairs])
+    y = 100.0 * np.array([m["relative_difference"] for m in pairs])
+    errors = [100.0 * (m["uncertainty_hz"] or 0.0) / m["frequency_hz"] for m in pairs]
+    texts = [
+        f"measured {charts.hertz_text(m['frequency_hz'])}\n"
+        f"computed {charts.hertz_text(m['computed_hz'])}"
+        for m in pairs
+    ]
+    return charts.Chart(
+        name="impact-modes",
+        title="Computed frequencies against measured ones",
+        caption="Difference of the computed frequency from the measured one; bars are the "
+        "uncertainty of the measured ones where it is told.",
+        alt=f"Differences from {y.min():.2f} to {y.max():.2f} %.",
+        x=charts.Axis(label="measured frequency", unit="Hz"),
+        y=charts.Axis(label="difference", unit="%"),
+        parts=[
+            charts.Rule(at=0.0, along="y"),
+            charts.Curve(
+                x=x,
+                y=y,
+                look=_MARK,
+                texts=texts,
+                errors=np.array(errors) if any(errors) else None,
+                errors_along="y",
+            ),
+        ],
+        height_px=300,
+        has_legend=False,
+    )
