@@ -65,7 +65,7 @@ def test_held_means_held_and_the_factor_goes_on_solving(held):
 
 
 def test_softest_mode_of_a_thin_rod_is_kept():
-    """A rod of 500 diameters, whose lowest squared frequency is a trifle beside that of its elements.
+    """A rod of 500 diameters, far softer than its elements.
 
     Against Euler and Bernoulli (1.8751²); the mean clamping of the end section gives by a part of
     a diameter in the length, 1e-3.

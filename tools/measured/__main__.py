@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import sys
-import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,21 +28,17 @@ from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.atomic import replace_text
 from solidwhirl.rotordyn.plots import chart as charts
 from solidwhirl.rotordyn.plots.matplotlib_chart import draw_charts
-from solidwhirl.scene_reading.paths import find_target, place_steps, with_entries, with_values
+from solidwhirl.scene_reading.paths import find_target, with_values
 from solidwhirl.scene_reading.reader import parse_scene
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
-from measured.readings import READINGS  # noqa: E402
+from measured.scenes import CASES, SCENES, scene_of  # noqa: E402
 from measured.spinning import spinning_sections  # noqa: E402
 
-SCENES = ROOT / "scenes" / "measured"
 PAGE, PICTURES = ROOT / "docs" / "measured.md", ROOT / "docs" / "measured"
 DATA = ROOT / "docs" / "data" / "measured.json"
-CASES: list[dict[str, Any]] = tomllib.loads(
-    Path(__file__).with_name("cases.toml").read_text(encoding="utf-8")
-)["cases"]
 STORE = StageStore(ROOT / "out" / "measured" / "stages")
 #: Modes of each machine that are drawn
 _DRAWN = 3
@@ -73,23 +68,6 @@ class Prediction:
     results: Results
     frequency_hz: FloatArray  #: (m,) of the measured modes, at rest
     error: FloatArray  #: (m,) relative, estimated
-
-
-def scene_of(case: Mapping[str, Any], *readings: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the data of the scene of a case in a reading, which may be made of several steps."""
-    path = SCENES / f"{case.get('scene', case['name'])}.toml"
-    data = tomllib.loads(path.read_text(encoding="utf-8"))
-    for step in readings:
-        entries = {place_steps(p): value for p, value in step.get("changes", {}).items()}
-        if name := step.get("reading"):
-            place, added = READINGS[name]
-            steps = place_steps(place)
-            own: Any = data
-            for key in steps:
-                own = own[key]
-            entries[steps] = [*own, *added]
-        data = with_entries(data, entries)
-    return data
 
 
 def predicted(case: Mapping[str, Any], reading: str, data: dict[str, Any]) -> Prediction:
@@ -195,9 +173,10 @@ def case_section(case: Mapping[str, Any]) -> tuple[list[str], dict[str, Any]]:
 
 def pictures_in(case: Mapping[str, Any], results: Results, folder: Path) -> Iterator[str]:
     """Draw a machine and its lowest measured modes; yield the Markdown that shows them."""
-    drawing = next(p for p in pictures_of(results) if p.name == "engine")
-    drawing.draw(folder / "engine.png")
-    yield f"![{drawing.caption}](measured/{folder.name}/engine.png)"
+    named = [f"mesh_{body}" for body in results.scene.mesh_bodies] or ["engine"]
+    for drawing in (p for p in pictures_of(results) if p.name in named):
+        drawing.draw(folder / "drawing.png")
+        yield f"![{drawing.caption}](measured/{folder.name}/drawing.png)"
     at_rest = shown_modes(results)[0]
     for number, mode in enumerate(case["modes"][:_DRAWN], start=1):
         path = folder / f"mode_{number}.png"
