@@ -22,7 +22,7 @@ export OMPI_MCA_mpi_yield_when_idle := 1
 # mpirun waits so long before SIGTERM, and again before SIGKILL: ranks end in order
 export OMPI_MCA_odls_base_sigkill_timeout := 4
 
-.PHONY: help setup pipeline batch scenes test check verify hard paper paper_blades study docs bench clean
+.PHONY: help measured setup pipeline batch scenes test check verify hard paper paper_blades study docs bench clean
 
 help: ## say what can be made
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12
@@ -74,6 +74,9 @@ paper: setup ## compute every table and figure of the paper, write docs/paper.md
 
 paper_blades: setup ## compute what the page of the paper says of the engine with blades
 	@$(BIN)/python tools/paper/blades.py
+
+measured: setup ## predict machines that were measured, write docs/measured.md
+	@$(BIN)/python tools/measured
 
 hard: setup ## measure the hard cases, write docs/hard_cases.md
 	@$(BIN)/python tools/hard_cases.py

@@ -19,14 +19,14 @@ from solidwhirl.reduction.solvers.constrained import ConstrainedFactor, eigenpai
 from solidwhirl.reduction.solvers.iterative_modes import iterative_pairs
 from solidwhirl.reduction.solvers.multigrid import ConstrainedIteration
 from solidwhirl.reduction.solvers.slepc_modes import slepc_pairs
-from solidwhirl.reduction.solvers.vectors import Operator, energies
+from solidwhirl.reduction.solvers.vectors import Operator, energies, inner, squares
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, Matrix
 
 # All matrices of a body come from one space; the stiffness has all entries that the mass has.
 _SAME = PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN
 _DIFFERENT = PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN
-# Eigenvalues of fixed-interface modes below this part of the reference eigenvalue are none.
-_NO_STIFFNESS = 1e-3
+# Largest part of a mode that breaks the constraint; modes that are found break it by 1e-15.
+_BROKEN = 1e-8
 # Modes that are computed beyond those asked for, to know where a cluster ends, and one direction
 # that the iteration needs.
 _BEYOND = 3
@@ -131,8 +131,8 @@ def interior_modes(
     while True:
         values, vectors = _pairs(problem, factor, count, start)
         start = vectors
-        # a space that is used up ends in vectors that break the constraint and have no stiffness
-        real = np.abs(values) > _NO_STIFFNESS * merging.reference_eigenvalue(operators)
+        # a space that is used up ends in vectors that break the constraint
+        real = _broken(problem, vectors) < _BROKEN
         values, vectors = values[real], vectors[:, real]
         every, known, highest = vectors, np.sort(values), float(values.max(initial=0.0))
         if orders is not None:
@@ -158,6 +158,14 @@ def interior_modes(
                 f"orders {orders}, as in a thin shell; take the harmonic level, which has one order"
             )
         count = min(int(1.6 * count) + 4, reachable)
+
+
+def _broken(problem: HeldProblem, vectors: Matrix) -> FloatArray:
+    """Part of every vector (m,) that breaks the constraint rows most."""
+    comm, rows = problem.operators.comm, problem.rows
+    lengths = [np.sqrt(squares(block, block, comm)) for block in (rows, vectors)]
+    part = np.abs(inner(rows, vectors, comm)) / np.outer(*lengths)
+    return np.asarray(part.max(axis=0, initial=0.0))
 
 
 def _pairs(

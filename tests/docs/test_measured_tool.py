@@ -1,0 +1,50 @@
+"""The tool that predicts measured machines: readings are scenes, wheels those of the drawing."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from solidwhirl.scene_reading.paths import find_target
+from solidwhirl.scene_reading.reader import parse_scene, read_scene
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tools"))
+
+from measured.readings import READINGS  # noqa: E402
+from measured.scenes import CASES, SCENES, scene_of  # noqa: E402
+from measured.spinning import SPINNING  # noqa: E402
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case["name"])
+def test_readings_are_scenes(case):
+    """Every measured mode has a place; sensitivities name numbers."""
+    assert len(case["modes"]) == len(case["measured_hz"])
+    for reading in (case, *case["variants"]):
+        parse_scene(scene_of(case, reading), folder=SCENES)
+    for effect in case["effects"]:
+        assert isinstance(find_target(scene_of(case, case), effect["place"]).nominal, float | int)
+
+
+def test_turning_blades_are_scenes():
+    """Measured values and the modes that they are held against go together."""
+    for case in SPINNING["cases"]:
+        for run in case["runs"]:
+            read_scene(SCENES / f"{run['scene']}.toml")
+            assert all(len(p["modes"]) == len(p["measured_hz"]) for p in run["points"])
+
+
+@pytest.mark.parametrize(
+    ("reading", "mass_kg"), [("one_relief_right", 45.90), ("one_bonded", 47.40)]
+)
+def test_wheels_have_the_mass_of_their_drawing(reading, mass_kg):
+    """By hand from rims, grooves and reliefs: the wide wheel, and with its relief filled."""
+    rings = READINGS[reading][1]
+    volume = sum(
+        np.pi * (r["outer_radius_m"] ** 2 - r["inner_radius_m"] ** 2) * (r["end_m"] - r["start_m"])
+        for r in rings
+    )
+    assert 7800.0 * volume == pytest.approx(mass_kg, rel=1e-3)
