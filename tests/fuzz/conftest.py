@@ -17,9 +17,10 @@ LONGEST_MESSAGE = 4000
 def scenes(tmp_path_factory):
     """Copy of the scene and problem files: function from kind and name to path."""
     folder = tmp_path_factory.mktemp("scenes")
-    (folder / "identify").mkdir()
     for path in sorted((ROOT / "scenes").glob("**/*.toml")):
-        (folder / path.relative_to(ROOT / "scenes")).write_bytes(path.read_bytes())
+        copy = folder / path.relative_to(ROOT / "scenes")
+        copy.parent.mkdir(exist_ok=True)
+        copy.write_bytes(path.read_bytes())
     return folder
 
 

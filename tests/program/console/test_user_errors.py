@@ -9,7 +9,13 @@ import solidwhirl
 from solidwhirl.core.errors import USER_ERRORS
 
 # Caught where they are raised, and told as another error that is one of the user's.
-CAUGHT = {"CodecError", "InfeasibleError", "PlaceError", "SweepPictureError"}
+CAUGHT = {
+    "CodecError",
+    "InfeasibleError",
+    "MeasuredFileError",
+    "PlaceError",
+    "SweepPictureError",
+}
 
 
 def _modules(package):
