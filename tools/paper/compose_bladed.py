@@ -97,7 +97,6 @@ accuracy = 0.02
 size_m = 0.1
 corner_size_m = 0.004
 growth = 0.8
-modes = 12
 compare_coupling = "off"
 
 [speeds]
