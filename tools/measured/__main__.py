@@ -48,7 +48,7 @@ _STEP = 0.02
 HEAD = """# Measured machines
 
 Predictions of machines that others built and measured, with parameters of their sources alone.
-`make measured` runs the scenes in [scenes/measured](../scenes/measured) and writes this page; what
+`make measured` runs the scenes in `scenes/measured` and writes this page; what
 was measured, and the readings of what a source leaves open, stand in
 [cases.toml](../tools/measured/cases.toml), all numbers of this page in
 [data/measured.json](data/measured.json). Nothing was fitted to a measured frequency. No source
