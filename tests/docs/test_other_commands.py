@@ -27,8 +27,9 @@ INLINE = re.compile(rf"`({RUN}solidwhirl [a-z]+ [^`\n]+)`")
 # Names that the pages give to a body: the inner rotor of out/ferraris stands for all of them.
 BODIES = ("bodies/fan.h5", "a.h5", "b.h5", "inner.h5", "out/bodies/rotor.h5", "BODY.h5")
 
-# Page -> commands run as typed by `make verify`, in a folder of the page, in this order. What is
-# neither here nor in NOT_RUN is run with all tests, in the folder that `beams` makes.
+# Page -> commands run as typed by `make verify`, in a folder of the page, in this order, whatever
+# other page has them too. What is neither here nor in NOT_RUN is run with all tests, in the folder
+# that `beams` makes.
 LONG = {
     "docs/asymmetric_rotors.md": tuple(
         f"solidwhirl run scenes/{name}.toml --out out/{name}"
@@ -177,6 +178,9 @@ def with_tree(folder):
     shutil.copy(ROOT / "scenes" / "laval.toml", folder / "SCENE.toml")
 
 
+ANY_LONG = {line for lines in LONG.values() for line in lines}
+
+
 @pytest.fixture(scope="module")
 def beams(tmp_path_factory):
     """Folder with the scenes, with a run of the twin rotor as beams, and with its inner rotor."""
@@ -194,8 +198,7 @@ def beams(tmp_path_factory):
 def cheap(page):
     """Commands of a page that are run with all tests."""
     told = commands_of(page.read_text(encoding="utf-8"), name_of(page) in FOLLOWED)
-    listed = LONG.get(name_of(page), ())
-    return [line for line in told if line not in listed and not line.startswith(tuple(NOT_RUN))]
+    return [line for line in told if line not in ANY_LONG and not line.startswith(tuple(NOT_RUN))]
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if cheap(page)], ids=name_of)
