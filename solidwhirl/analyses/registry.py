@@ -24,25 +24,25 @@ from solidwhirl.analyses.base import Analysis
 
 # Record of each kind, in this package.
 _RECORDS = {
-    "unbalance_response": "kinds.unbalance_response:UnbalanceResponseSpec",
-    "place_map": "kinds.place_map:PlaceMapSpec",
-    "waterfall": "kinds.waterfall:WaterfallSpec",
+    "unbalance_response": "responses.unbalance_response:UnbalanceResponseSpec",
+    "place_map": "responses.place_map:PlaceMapSpec",
+    "waterfall": "responses.waterfall:WaterfallSpec",
     "critical_speed_map": "kinds.critical_speed_map:CriticalSpeedMapSpec",
     "stiffness_study": "kinds.stiffness_study:StiffnessStudySpec",
     "rotating_campbell": "kinds.rotating_campbell:RotatingCampbellSpec",
     "mode_shapes": "kinds.mode_shapes:ModeShapesSpec",
     "separation_margins": "kinds.separation_margins:SeparationMarginsSpec",
-    "api617": "kinds.api617:Api617Spec",
+    "api617": "api617.analysis:Api617Spec",
     "stability": "kinds.stability:StabilitySpec",
     "sensitivity": "kinds.sensitivity:SensitivitySpec",
     "bearing_laws": "kinds.bearing_laws:BearingLawsSpec",
-    "run_up": "kinds.run_up:RunUpSpec",
-    "static": "kinds.static:StaticSpec",
+    "run_up": "responses.run_up:RunUpSpec",
+    "static": "responses.static:StaticSpec",
     "state_space": "kinds.state_space:StateSpaceSpec",
     "recovery": "recovery.analysis:RecoverySpec",
-    "nodal_diameters": "kinds.nodal_diameters:NodalDiametersSpec",
-    "asymmetric_response": "kinds.asymmetric_response:AsymmetricResponseSpec",
-    "nonlinear_response": "kinds.nonlinear_response:NonlinearResponseSpec",
+    "nodal_diameters": "nodal_diameters.analysis:NodalDiametersSpec",
+    "asymmetric_response": "responses.asymmetric_response:AsymmetricResponseSpec",
+    "nonlinear_response": "responses.nonlinear_response:NonlinearResponseSpec",
     "level_comparison": "kinds.level_comparison:LevelComparisonSpec",
     "impact_test": "measured.impact_test:ImpactTestSpec",
 }
@@ -95,27 +95,27 @@ class _ByKind:
 
 
 if TYPE_CHECKING:
-    from solidwhirl.analyses.kinds.api617 import Api617Spec
-    from solidwhirl.analyses.kinds.asymmetric_response import AsymmetricResponseSpec
+    from solidwhirl.analyses.api617.analysis import Api617Spec
     from solidwhirl.analyses.kinds.bearing_laws import BearingLawsSpec
     from solidwhirl.analyses.kinds.critical_speed_map import CriticalSpeedMapSpec
     from solidwhirl.analyses.kinds.level_comparison import LevelComparisonSpec
     from solidwhirl.analyses.kinds.mode_shapes import ModeShapesSpec
-    from solidwhirl.analyses.kinds.nodal_diameters import NodalDiametersSpec
-    from solidwhirl.analyses.kinds.nonlinear_response import NonlinearResponseSpec
-    from solidwhirl.analyses.kinds.place_map import PlaceMapSpec
     from solidwhirl.analyses.kinds.rotating_campbell import RotatingCampbellSpec
-    from solidwhirl.analyses.kinds.run_up import RunUpSpec
     from solidwhirl.analyses.kinds.sensitivity import SensitivitySpec
     from solidwhirl.analyses.kinds.separation_margins import SeparationMarginsSpec
     from solidwhirl.analyses.kinds.stability import StabilitySpec
     from solidwhirl.analyses.kinds.state_space import StateSpaceSpec
-    from solidwhirl.analyses.kinds.static import StaticSpec
     from solidwhirl.analyses.kinds.stiffness_study import StiffnessStudySpec
-    from solidwhirl.analyses.kinds.unbalance_response import UnbalanceResponseSpec
-    from solidwhirl.analyses.kinds.waterfall import WaterfallSpec
     from solidwhirl.analyses.measured.impact_test import ImpactTestSpec
+    from solidwhirl.analyses.nodal_diameters.analysis import NodalDiametersSpec
     from solidwhirl.analyses.recovery.analysis import RecoverySpec
+    from solidwhirl.analyses.responses.asymmetric_response import AsymmetricResponseSpec
+    from solidwhirl.analyses.responses.nonlinear_response import NonlinearResponseSpec
+    from solidwhirl.analyses.responses.place_map import PlaceMapSpec
+    from solidwhirl.analyses.responses.run_up import RunUpSpec
+    from solidwhirl.analyses.responses.static import StaticSpec
+    from solidwhirl.analyses.responses.unbalance_response import UnbalanceResponseSpec
+    from solidwhirl.analyses.responses.waterfall import WaterfallSpec
 
     # `spec.kind == "run_up"` tells which record it is, without an import
     AnalysisSpec = (

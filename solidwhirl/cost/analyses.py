@@ -17,7 +17,7 @@ from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.recovery_references import sectors_of
 
 if TYPE_CHECKING:
-    from solidwhirl.analyses.kinds.nodal_diameters import NodalDiametersSpec
+    from solidwhirl.analyses.nodal_diameters.analysis import NodalDiametersSpec
     from solidwhirl.analyses.recovery.analysis import RecoverySpec
 
 _UNKNOWNS = 1e5

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from solidwhirl.analyses.kinds.unbalance_response import UnbalanceResponseSpec
+from solidwhirl.analyses.responses.unbalance_response import UnbalanceResponseSpec
 from solidwhirl.bodies.reduction import (
     BodyResult,
     Discretisation,

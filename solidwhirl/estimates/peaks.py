@@ -10,8 +10,8 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from solidwhirl.analyses.base import Analysis, spin_of
-from solidwhirl.analyses.kinds.place_map import PlaceMapSpec
-from solidwhirl.analyses.kinds.unbalance_response import UnbalanceResponseSpec
+from solidwhirl.analyses.responses.place_map import PlaceMapSpec
+from solidwhirl.analyses.responses.unbalance_response import UnbalanceResponseSpec
 from solidwhirl.analyses.unbalances import end_of, turning_at, unbalance_at, unbalance_of
 from solidwhirl.core.outcome import Outcome
 from solidwhirl.estimates.comparators import Comparison

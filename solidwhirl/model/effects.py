@@ -33,7 +33,7 @@ from solidwhirl.scene_checks.recovery_references import recovered_bodies
 from solidwhirl.scene_checks.speeds_asked import scene_speeds, speeds_beyond, top_speed
 
 if TYPE_CHECKING:
-    from solidwhirl.analyses.kinds.static import StaticSpec
+    from solidwhirl.analyses.responses.static import StaticSpec
 
 
 def make_plan(scene: Scene, bodies: Mapping[str, Body], level: str | None = None) -> Plan:

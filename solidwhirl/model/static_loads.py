@@ -14,7 +14,7 @@ from solidwhirl.scene.joints import BearingSpec, LoadTableLawSpec
 from solidwhirl.scene.records import Scene
 
 if TYPE_CHECKING:
-    from solidwhirl.analyses.kinds.static import StaticSpec
+    from solidwhirl.analyses.responses.static import StaticSpec
     from solidwhirl.rotordyn import AssembledSystem
 
 #: Static load of bearings by name at each speed of their tables, N, shape (s,) each.

@@ -18,14 +18,14 @@ from solidwhirl.scene_checks.interface_motions import EFFECT_OF, acting_on, is_o
 from solidwhirl.scene_checks.recovery_references import no_common_sector, no_solid, sectors_of
 
 if TYPE_CHECKING:
-    from solidwhirl.analyses.kinds.api617 import Api617Spec
-    from solidwhirl.analyses.kinds.asymmetric_response import AsymmetricResponseSpec
+    from solidwhirl.analyses.api617.analysis import Api617Spec
     from solidwhirl.analyses.kinds.critical_speed_map import CriticalSpeedMapSpec
-    from solidwhirl.analyses.kinds.nodal_diameters import NodalDiametersSpec
-    from solidwhirl.analyses.kinds.nonlinear_response import NonlinearResponseSpec
-    from solidwhirl.analyses.kinds.run_up import RunUpSpec
-    from solidwhirl.analyses.kinds.static import StaticSpec
     from solidwhirl.analyses.kinds.stiffness_study import StiffnessStudySpec
+    from solidwhirl.analyses.nodal_diameters.analysis import NodalDiametersSpec
+    from solidwhirl.analyses.responses.asymmetric_response import AsymmetricResponseSpec
+    from solidwhirl.analyses.responses.nonlinear_response import NonlinearResponseSpec
+    from solidwhirl.analyses.responses.run_up import RunUpSpec
+    from solidwhirl.analyses.responses.static import StaticSpec
 
 # Keys of analyses by what they name.
 _PLACES = (

@@ -19,7 +19,7 @@ from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import EFFECT_OF, carried_motions, is_off_axis
 
 if TYPE_CHECKING:
-    from solidwhirl.analyses.kinds.static import StaticForceSpec
+    from solidwhirl.analyses.responses.static import StaticForceSpec
     from solidwhirl.rotordyn import AssembledSystem
 
 # What is smaller than this is rounding.

@@ -128,7 +128,7 @@ def test_a_plan_of_a_given_level_loads_nothing_that_computes_or_draws(root, tmp_
         ),
         *("solidwhirl.rotordyn.assembly.system", "solidwhirl.meshing.own.meridian"),
         # kinds that the scene does not ask for, and what others compute with
-        *("solidwhirl.analyses.kinds.run_up", "solidwhirl.analyses.recovery.states"),
+        *("solidwhirl.analyses.responses.run_up", "solidwhirl.analyses.recovery.states"),
     ]
     program = (
         "import sys\nimport solidwhirl.cli\nasked = ['--level', 'harmonic', '--json']\n"

@@ -1,5 +1,6 @@
-"""The kinds of analysis, one file each: scene record, computation, document, headline.
+"""Kinds of analysis that find modes, speeds and stability, one file each.
 
-A new kind is a class of `analyses.base.Analysis` in a file here, and a line in the registry.
+Scene record, computation, document, headline. A new kind is a class of `analyses.base.Analysis` in
+a file here, or beside it in `responses`, and a line in the registry.
 In: `Engine`. Out: `Outcome`.
 """

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solidwhirl.analyses.base import Analysis, Sweep, number_text
-from solidwhirl.analyses.kinds.run_up import RunUpSpec
-from solidwhirl.analyses.kinds.unbalance_response import UnbalanceResponseSpec
 from solidwhirl.analyses.recovery.records import SPIN, RecoveryStateSpec
+from solidwhirl.analyses.responses.run_up import RunUpSpec
+from solidwhirl.analyses.responses.unbalance_response import UnbalanceResponseSpec
 from solidwhirl.analyses.unbalances import end_of, unbalance_of
 from solidwhirl.rotordyn import AnalysisError, AssembledSystem, End, modes_at_speed
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from solidwhirl.analyses.kinds.nodal_diameters import NodalDiametersSpec
+from solidwhirl.analyses.nodal_diameters.analysis import NodalDiametersSpec
 from solidwhirl.core.blocks import Table, TurningModes
 from solidwhirl.core.errors import SceneError
 from solidwhirl.meshing import Sector

@@ -14,11 +14,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from solidwhirl.analyses.kinds.rotating_campbell import frames_of, own_branches
-from solidwhirl.analyses.kinds.run_up import beyond, response_peaks
 from solidwhirl.analyses.kinds.stability import stability_blocks
 from solidwhirl.analyses.kinds.state_space import responses as responses_of_model
 from solidwhirl.analyses.kinds.state_space import stored_model
-from solidwhirl.analyses.kinds.unbalance_response import exciters_of
+from solidwhirl.analyses.responses.run_up import beyond, response_peaks
+from solidwhirl.analyses.responses.unbalance_response import exciters_of
 from solidwhirl.core.blocks import numbers
 from solidwhirl.page.frame.plotly_chart import coarser, page_chart
 from solidwhirl.page.modes import campbell, criticals

@@ -10,7 +10,7 @@ from beam_scene import beam_scene
 from engine_parts import RIGID, RPM
 
 from solidwhirl.analyses.base import Operating
-from solidwhirl.analyses.kinds.run_up import complexity_chart
+from solidwhirl.analyses.responses.run_up import complexity_chart
 from solidwhirl.analyses.stability_summary import Stability
 from solidwhirl.batch.rows import verdict_scalars
 from solidwhirl.console.summary import doubt_lines
@@ -344,7 +344,9 @@ def test_a_run_up_that_diverges_stops():
 
 def test_a_compared_model_that_diverges_is_told_and_left_out(monkeypatch):
     unstable = run_scene(scene(CROSS, 0.0)).system
-    monkeypatch.setattr("solidwhirl.analyses.kinds.run_up.rigid_bodies_system", lambda *_: unstable)
+    monkeypatch.setattr(
+        "solidwhirl.analyses.responses.run_up.rigid_bodies_system", lambda *_: unstable
+    )
     asked = {**RUN, "compare_flexible": [[]], "bands_hz": [[10.0, 60.0]]}
     document = verdict(1e6, 100.0, [asked])
     found = document["analyses"]["run_up"]
