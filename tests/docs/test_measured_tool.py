@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from solidwhirl.scene_reading.paths import find_target
-from solidwhirl.scene_reading.reader import parse_scene, read_scene
+from solidwhirl.scene_reading.reader import parse_scene
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
@@ -33,7 +33,7 @@ def test_turning_blades_are_scenes():
     """Measured values and the modes that they are held against go together."""
     for case in SPINNING["cases"]:
         for run in case["runs"]:
-            read_scene(SCENES / f"{run['scene']}.toml")
+            parse_scene(scene_of(run, run), folder=SCENES)
             assert all(len(p["modes"]) == len(p["measured_hz"]) for p in run["points"])
 
 

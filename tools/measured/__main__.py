@@ -9,37 +9,34 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from solidwhirl.cache.files import StageStore
 from solidwhirl.core.blocks import numbers
-from solidwhirl.core.stages import silent
 from solidwhirl.drawing.modes import shown_modes
 from solidwhirl.output.documents import results_document
+from solidwhirl.output.plan_text import table
 from solidwhirl.pictures.catalogue import pictures_of
 from solidwhirl.pictures.engine_shape import engine_shape
 from solidwhirl.pictures.stills import draw_mode_still
-from solidwhirl.pipeline.run import Results, run_scene
+from solidwhirl.pipeline.run import Results
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.atomic import replace_text
 from solidwhirl.rotordyn.plots import chart as charts
 from solidwhirl.rotordyn.plots.matplotlib_chart import draw_charts
 from solidwhirl.scene_reading.paths import find_target, with_values
-from solidwhirl.scene_reading.reader import parse_scene
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
-from measured.scenes import CASES, SCENES, scene_of  # noqa: E402
+from measured.scenes import CASES, run_of, scene_name, scene_of  # noqa: E402
 from measured.spinning import spinning_sections  # noqa: E402
 
 PAGE, PICTURES = ROOT / "docs" / "measured.md", ROOT / "docs" / "measured"
 DATA = ROOT / "docs" / "data" / "measured.json"
-STORE = StageStore(ROOT / "out" / "measured" / "stages")
 #: Modes of each machine that are drawn
 _DRAWN = 3
 #: Change of a parameter whose effect is told
@@ -73,9 +70,7 @@ class Prediction:
 def predicted(case: Mapping[str, Any], reading: str, data: dict[str, Any]) -> Prediction:
     """Run a scene of a case."""
     print(f"{case['name']}: {reading}", file=sys.stderr, flush=True)
-    scene = parse_scene(data, folder=SCENES)
-    results = run_scene(scene, progress=silent, store=STORE)
-    assert results is not None
+    results = run_of(data)
     found = results_document(results)["modes_at_rest"]
     hz, error = (numbers(found[k]) for k in ("frequency_hz", "frequency_error_estimate"))
     modes = case["modes"]
@@ -84,8 +79,7 @@ def predicted(case: Mapping[str, Any], reading: str, data: dict[str, Any]) -> Pr
 
 def sensitivities(case: Mapping[str, Any], base: Prediction) -> Iterator[tuple[str, FloatArray]]:
     """Yield the change of every frequency with a parameter, relative over relative."""
-    readings = [case] if "reading" in case or "changes" in case else []
-    data = scene_of(case, *readings)
+    data = scene_of(case, case)
     for effect in case["effects"]:
         target = find_target(data, effect["place"])
         more = with_values(data, {target: target.nominal * (1.0 + _STEP)})
@@ -100,7 +94,7 @@ def chart_of(case: Mapping[str, Any], runs: Sequence[Prediction]) -> charts.Char
     parts: list[charts.Mark] = [charts.Rule(at=0.0, along="y", name="measured")]
     for number, run in enumerate(runs):
         off = 100.0 * (run.frequency_hz / measured - 1.0)
-        look = charts.Look(f"@c{number}", "", charts._MARKS[number], 8)
+        look = replace(charts.series_look(number), dash="", size=8.0)
         shift = 0.12 * (number - (len(runs) - 1) / 2.0)
         bars = 100.0 * run.error * run.frequency_hz / measured
         parts.append(charts.Curve(x=places + shift, y=off, name=run.reading, look=look,
@@ -117,48 +111,29 @@ def chart_of(case: Mapping[str, Any], runs: Sequence[Prediction]) -> charts.Char
 
 def case_section(case: Mapping[str, Any]) -> tuple[list[str], dict[str, Any]]:
     """Return the part of the page about a case, and its numbers."""
-    first = [case] if "reading" in case or "changes" in case else []
-    base = predicted(case, case["first"], scene_of(case, *first))
-    others = [predicted(case, v["name"], scene_of(case, v)) for v in case["variants"]]
-    runs = [base, *others]
+    base = predicted(case, case["first"], scene_of(case, case))
+    runs = [base, *(predicted(case, v["name"], scene_of(case, v)) for v in case["variants"])]
     folder = PICTURES / case["name"]
     folder.mkdir(parents=True, exist_ok=True)
     draw_charts([chart_of(case, runs)], folder / "differences.png", case["title"])
     drawn = list(pictures_in(case, base.results, folder))
-    low = np.min([r.frequency_hz * (1.0 - r.error) for r in runs], axis=0)
-    high = np.max([r.frequency_hz * (1.0 + r.error) for r in runs], axis=0)
-    measured = numbers(case["measured_hz"])
-    doubtful = case.get("doubtful", [])
-    rows = [
-        f"| {k + 1}{' (doubtful)' if k + 1 in doubtful else ''} | {measured[k]:g} "
-        f"| {base.frequency_hz[k]:.4g} | {100 * base.error[k]:.2g} "
-        f"| {100 * (base.frequency_hz[k] / measured[k] - 1):+.1f} "
-        f"| {low[k]:.4g} to {high[k]:.4g} | {'yes' if low[k] <= measured[k] <= high[k] else 'no'} |"
-        for k in range(len(measured))
-    ]
     effects = dict(sensitivities(case, base))
     names = [r.reading for r in runs]
-    scene = case.get("scene", case["name"])
+    scene = scene_name(case)
     lines = [
         f"## {case['title']}",
         f"Source: {case['source']}. Scene: [{scene}](../scenes/measured/{scene}.toml).",
         case["open"],
         *drawn[:1],
-        "| mode | measured [Hz] | predicted [Hz] | error [%] | difference [%] | span [Hz] "
-        "| measured inside |\n|---|---|---|---|---|---|---|\n" + "\n".join(rows),
+        _span_table(case, runs),
         f"Predicted: {case['first']}. Readings of the span: {'; '.join(names)}.",
         f"![Differences of all readings](measured/{case['name']}/differences.png)",
         *drawn[1:],
+        *([_effect_table(effects, len(base.frequency_hz))] if effects else []),
+        case["why"],
     ]
-    if effects:
-        head = "| change of a frequency in %, by 1 % of | " + " | ".join(
-            f"mode {k + 1}" for k in range(len(measured))
-        )
-        body = [f"| {n} | " + " | ".join(f"{x:+.2f}" for x in v) + " |" for n, v in effects.items()]
-        lines.append(head + " |\n|---" + "|---" * len(measured) + "|\n" + "\n".join(body))
-    lines.append(case["why"])
     record = {
-        "measured_hz": measured.tolist(),
+        "measured_hz": numbers(case["measured_hz"]).tolist(),
         "readings": {
             r.reading: {
                 "frequency_hz": r.frequency_hz.tolist(),
@@ -169,6 +144,37 @@ def case_section(case: Mapping[str, Any]) -> tuple[list[str], dict[str, Any]]:
         "sensitivity": {name: v.tolist() for name, v in effects.items()},
     }
     return lines, record
+
+
+def _span_table(case: Mapping[str, Any], runs: Sequence[Prediction]) -> str:
+    """Each mode as measured, as the first reading has it, and the span of all readings."""
+    head = (
+        "mode | measured [Hz] | predicted [Hz] | error [%] | difference [%] | span [Hz] "
+        "| measured inside"
+    )
+    low = np.min([r.frequency_hz * (1.0 - r.error) for r in runs], axis=0)
+    high = np.max([r.frequency_hz * (1.0 + r.error) for r in runs], axis=0)
+    rows = []
+    for k, measured in enumerate(case["measured_hz"]):
+        ours, error = runs[0].frequency_hz[k], runs[0].error[k]
+        rows.append(
+            (
+                f"{k + 1}{' (doubtful)' if k + 1 in case.get('doubtful', ()) else ''}",
+                f"{measured:g}",
+                f"{ours:.4g}",
+                f"{100 * error:.2g}",
+                f"{100 * (ours / measured - 1):+.1f}",
+                f"{low[k]:.4g} to {high[k]:.4g}",
+                "yes" if low[k] <= measured <= high[k] else "no",
+            )
+        )
+    return table(head, rows, str)
+
+
+def _effect_table(effects: Mapping[str, FloatArray], modes: int) -> str:
+    head = ["change of a frequency in %, by 1 % of", *(f"mode {k + 1}" for k in range(modes))]
+    rows = ([name, *(f"{x:+.2f}" for x in values)] for name, values in effects.items())
+    return table(" | ".join(head), rows, str)
 
 
 def pictures_in(case: Mapping[str, Any], results: Results, folder: Path) -> Iterator[str]:
@@ -187,18 +193,13 @@ def pictures_in(case: Mapping[str, Any], results: Results, folder: Path) -> Iter
 
 def main() -> None:
     """Run all cases and write the page."""
-    wanted = sys.argv[1:]
-    known = json.loads(DATA.read_text(encoding="utf-8")) if DATA.exists() and wanted else {}
-    lines, data = [HEAD], dict(known)
+    lines, data = [HEAD], dict[str, Any]()
     for case in CASES:
-        if not wanted or case["name"] in wanted:
-            section, data[case["name"]] = case_section(case)
-            lines += section
-    if not wanted:
-        section, data["spinning"] = spinning_sections(PICTURES, STORE)
+        section, data[case["name"]] = case_section(case)
         lines += section
+    section, data["spinning"] = spinning_sections(PICTURES)
     replace_text(DATA, json.dumps(data, indent=1) + "\n")
-    replace_text(PAGE, "\n\n".join(lines) + "\n")
+    replace_text(PAGE, "\n\n".join([*lines, *section]) + "\n")
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from solidwhirl.output.plan_text import table as markdown_table
 from solidwhirl.rotordyn.plots import chart as charts
 
 # Differences beyond this are told beside the picture, not drawn, per cent.
@@ -131,9 +132,7 @@ def document(tables: Mapping[str, Iterable[Row]]) -> str:
 
 def markdown(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """Any table in Markdown."""
-    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
-    lines += ["| " + " | ".join(row) + " |" for row in rows]
-    return "\n".join(lines)
+    return markdown_table(" | ".join(head), rows, str)
 
 
 def words(values: Iterable[float], digits: str = ".4g") -> str:
