@@ -34,7 +34,6 @@ _AIM = 0.85
 # The error of a truncated basis falls about with this power of its number of modes.
 _MODES_POWER = 4.0
 _MOST_MODES = 500
-_MOST_ROUNDS = 8
 # A mode that truncation changes by more is not there yet: its mesh error says nothing.
 _LOST = 0.02
 # Error between two speeds of the basis, beyond what it is at them, that calls for a third.
@@ -112,6 +111,7 @@ def rounds_of(
     reduce_one: Reduce,
     judge: Judge,
     comm: Any,
+    most: int,
     shortage: Shortage = lambda todo, reduced: "",
 ) -> tuple[dict[str, BodyResult], tuple[Round, ...]]:
     """Reduce bodies again until a judge has nothing more to refine, or it gets no better.
@@ -126,6 +126,8 @@ def rounds_of(
         times the accuracy is aimed at; None where there is nothing to judge.
     comm
         Communicator; its rank 0 decides.
+    most
+        Number of rounds after which it ends in any case.
     shortage
         Why the next discretisations are too much for the machine; empty where they are not.
 
@@ -148,7 +150,7 @@ def rounds_of(
         if found is None:
             best = reduced
         else:
-            stopped = _stop(rounds, *found)
+            stopped = _stop(rounds, *found, most)
             if not stopped:
                 again = partial(judge, reduced, len(rounds) + 1)
                 found, stopped = _that_fits(found, again, shortage, reduced)
@@ -189,12 +191,14 @@ def _rises(rounds: Sequence[Round]) -> bool:
     return not rounds[-1].estimate <= rounds[-2].estimate
 
 
-def _stop(before: Sequence[Round], last: Round, todo: Mapping[str, Discretisation]) -> str:
+def _stop(
+    before: Sequence[Round], last: Round, todo: Mapping[str, Discretisation], most: int
+) -> str:
     """Why a round is the last one though its judge would refine further."""
     if _rises([*before, last]):
         return "the estimate rises"
-    if todo and len(before) + 1 >= _MOST_ROUNDS:
-        return f"{_MOST_ROUNDS} rounds"
+    if todo and len(before) + 1 >= most:
+        return "one round" if most == 1 else f"{most} rounds"
     return ""
 
 

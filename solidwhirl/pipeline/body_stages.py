@@ -131,7 +131,7 @@ def _refined_bodies(
         return done, todo
 
     shortage = shortage_of(scene, plan, bodies, job.progress)
-    return rounds_of(first, reduce_one, judge, job.comm, shortage)
+    return rounds_of(first, reduce_one, judge, job.comm, scene.model.rounds, shortage)
 
 
 def bodies_asked(job: Job, bodies: Mapping[str, Body | MeshedBody]) -> tuple[Any, ...]:

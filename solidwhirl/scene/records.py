@@ -251,6 +251,7 @@ class ModelSpec(Record):
     size_m: Positive | None = None
     corner_size_m: Positive | None = None
     growth: Positive | None = None
+    rounds: Annotated[Count, Field(le=8)] = 8
     memory_gib: Positive | None = None
 
     @model_validator(mode="after")

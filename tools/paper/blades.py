@@ -25,7 +25,6 @@ from paper.rows import markdown  # noqa: E402
 from paper.runs import SOURCE, STORE, drawn  # noqa: E402
 
 from solidwhirl import geometry as geo  # noqa: E402
-from solidwhirl.bodies import refinement  # noqa: E402
 from solidwhirl.core.stages import silent  # noqa: E402
 from solidwhirl.geometry import mass_properties  # noqa: E402
 from solidwhirl.geometry.mass_properties import feature_mass_properties  # noqa: E402
@@ -324,11 +323,7 @@ def compute() -> None:
     """Run the engines; write numbers and picture."""
     results, engines = dict[str, Results](), dict[str, Any]()
     for name, scene in ENGINES.items():
-        # a second round costs more than all before it, for modes that blades have above the others
-        most = refinement._MOST_ROUNDS
-        refinement._MOST_ROUNDS = 1 if name == "blades" else most
         found = run_scene(parse_scene(scene()), progress=silent, store=STORE)
-        refinement._MOST_ROUNDS = most
         assert found is not None
         results[name] = found
         engines[name] = {

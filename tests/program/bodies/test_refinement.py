@@ -22,7 +22,9 @@ from solidwhirl.model.effects import make_plan
 from solidwhirl.pipeline.run import run_scene
 from solidwhirl.reduced_scene import reduce_scene
 from solidwhirl.rotordyn import modes_at_speed
+from solidwhirl.scene.records import ModelSpec
 
+MOST = ModelSpec().rounds
 SIZES = [cylinder("a", 0.0, 0.5, 0.03), cylinder("b", 0.5, 1.0, 0.045)]
 
 
@@ -49,7 +51,7 @@ class Alone:
         return value
 
 
-def rounds(estimates, looked_at=None, shortage=None, eased=1.0):
+def rounds(estimates, looked_at=None, shortage=None, eased=1.0, most=MOST):
     """Bodies and rounds of a judge that always wants more and finds these estimates.
 
     `eased`: largest multiple of the accuracy that the judge refines for.
@@ -72,7 +74,7 @@ def rounds(estimates, looked_at=None, shortage=None, eased=1.0):
         return chosen
 
     more = {} if shortage is None else {"shortage": shortage}
-    return rounds_of({"a": 1}, reduce_one, judge, Alone, **more)
+    return rounds_of({"a": 1}, reduce_one, judge, Alone, most, **more)
 
 
 def test_rounds_end():
@@ -85,6 +87,8 @@ def test_rounds_end():
     assert len(found) == 8
     assert bodies == {"a": 8}
     assert found[-1].stopped == "8 rounds"
+    (only,) = rounds([0.3, 0.1], most=1)[1]
+    assert only.kept and only.stopped == "one round" and only.refined == ()
 
 
 @pytest.mark.parametrize("worse", [0.2, np.nan, np.inf])
