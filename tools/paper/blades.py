@@ -8,9 +8,10 @@ that the page shows; the page alone computes nothing of it.
 from __future__ import annotations
 
 import json
+import math
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,7 @@ sys.path.insert(0, str(ROOT / "tools"))
 
 from paper.rows import markdown  # noqa: E402
 from paper.runs import SOURCE, STORE, drawn  # noqa: E402
+from paper.variants import stiffer  # noqa: E402
 
 from solidwhirl import geometry as geo  # noqa: E402
 from solidwhirl.core.stages import silent  # noqa: E402
@@ -31,6 +33,7 @@ from solidwhirl.geometry.mass_properties import feature_mass_properties  # noqa:
 from solidwhirl.model.bodies import build_bodies  # noqa: E402
 from solidwhirl.pipeline.run import Results, run_scene  # noqa: E402
 from solidwhirl.rotordyn import Modes, modes_at_speed  # noqa: E402
+from solidwhirl.rotordyn.campbell.branch_numbers import modal_assurance  # noqa: E402
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S  # noqa: E402
 from solidwhirl.rotordyn.modes.participation import participation  # noqa: E402
 from solidwhirl.rotordyn.plots import chart as charts  # noqa: E402
@@ -54,24 +57,24 @@ _CREEP = 1e-6
 # Modes of two engines with less in common are no pair; those with frequencies further apart
 # neither.
 _ALIKE, _OCTAVES = 0.5, 1.0
-# Modes of one engine nearer than this (relative) are the same.
-_SAME = 1e-6
+# A branch of the diagram nearer than this (relative) is the mode.
+_SAME = 1e-3
 _WHIRL = {1: "forward", -1: "backward", 0: "axial, torsion"}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Shapes:
-    """Modes at one speed, and how the places move that all engines have.
+class Mode:
+    """A mode or critical speed, and how the places move that all engines have.
 
-    `hertz`, `family`, `error`, `unit`: by mode: frequency, whirl as in `Modes.family`, estimated
-    relative error, and the unit with the most kinetic energy. `motion`: (places, modes).
+    `value`: frequency in Hz or speed in rpm; `family`: whirl as in `Modes.family`; `unit`: the one
+    with the most kinetic energy; `motion`: (places,); `error`: relative, estimated.
     """
 
-    hertz: np.ndarray
-    family: np.ndarray
-    error: np.ndarray
-    unit: list[str]
+    value: float
+    family: int
+    unit: str
     motion: np.ndarray
+    error: float = math.nan
 
 
 # -- the engines -----------------------------------------------------------------------------------
@@ -85,19 +88,12 @@ def _scene(name: str) -> dict[str, Any]:
 
 def _rigid(data: dict[str, Any]) -> dict[str, Any]:
     """The engine with blades, these much stiffer; errors are those of the same mesh."""
-    known = {**geo.MATERIALS}
     materials = dict(data.get("materials", {}))
     bodies = {}
     for name, body in data["bodies"].items():
-        rows = []
-        for row in body["blades"]:
-            given, stiff = known[row["material"]], f"{row['material']}_stiff"
-            materials[stiff] = {
-                "density_kg_per_m3": given.density_kg_per_m3,
-                "youngs_modulus_pa": _RIGID * given.youngs_modulus_pa,
-                "poissons_ratio": given.poissons_ratio,
-            }
-            rows.append({**row, "material": stiff})
+        rows = [{**row, "material": f"{row['material']}_stiff"} for row in body["blades"]]
+        for row, own in zip(rows, body["blades"], strict=True):
+            materials[row["material"]] = stiffer(geo.MATERIALS[own["material"]], _RIGID)
         bodies[name] = {**body, "blades": rows}
     model = {**data["model"], "estimates": "off"}
     return {**data, "bodies": bodies, "materials": materials, "model": model}
@@ -151,22 +147,34 @@ ENGINES: Mapping[str, Callable[[], dict[str, Any]]] = {
 # -- modes of them, in pairs -----------------------------------------------------------------------
 
 
-def _shapes(results: Results, speed_rpm: float, places: Sequence[str], limit_hz: float) -> Shapes:
-    """Modes at a speed below a limit."""
-    top = float(results.campbell.speeds_rad_s.max())
-    speed = max(speed_rpm * RAD_S_PER_RPM, _CREEP * top)
-    modes = modes_at_speed(results.system, speed)
+def _modes(results: Results, speed_rad_s: float, places: Sequence[str]) -> list[Mode]:
+    """All modes at a speed."""
+    modes = modes_at_speed(results.system, speed_rad_s)
     assert modes.family is not None  # the engine is the same in all directions
-    low = np.flatnonzero(modes.frequency_hz < limit_hz)
     share = participation(results.system, modes)
-    unit = [share.bodies[k] for k in share.kinetic_bodies.argmax(axis=0)]
-    return Shapes(
-        hertz=modes.frequency_hz[low],
-        family=modes.family[low],
-        error=np.array([_error(results, speed_rpm, modes.frequency_hz[k]) for k in low]),
-        unit=[unit[k] for k in low],
-        motion=_motion(results, modes, places)[:, low],
-    )
+    motion, most = _motion(results, modes, places), share.kinetic_bodies.argmax(axis=0)
+    return [
+        Mode(
+            value=float(hertz),
+            family=int(modes.family[k]),
+            unit=share.bodies[most[k]],
+            motion=motion[:, k],
+        )
+        for k, hertz in enumerate(modes.frequency_hz)
+    ]
+
+
+def _modes_below(
+    results: Results, speed_rpm: float, places: Sequence[str], limit_hz: float
+) -> list[Mode]:
+    """Modes at a speed of the diagram below a limit, with their errors."""
+    top = float(results.campbell.speeds_rad_s.max())
+    found = _modes(results, max(speed_rpm * RAD_S_PER_RPM, _CREEP * top), places)
+    return [
+        replace(mode, error=_error(results, speed_rpm, mode.value))
+        for mode in found
+        if mode.value < limit_hz
+    ]
 
 
 def _motion(results: Results, modes: Modes, places: Sequence[str]) -> np.ndarray:
@@ -199,23 +207,25 @@ def _places(results: Mapping[str, Results]) -> list[str]:
 def _error(results: Results, speed_rpm: float, hertz: float) -> float:
     """Estimated error of the branch with a frequency at a speed of the diagram; nan: unknown."""
     if results.estimates is None:
-        return float("nan")
+        return math.nan
     at = int(np.abs(results.campbell.speeds_rad_s * RPM_PER_RAD_S - speed_rpm).argmin())
     away = np.abs(results.campbell.frequency_hz[:, at] / hertz - 1.0)
     nearest = int(np.nanargmin(away))
-    if away[nearest] > 1e3 * _SAME:
-        return float("nan")
+    if away[nearest] > _SAME:
+        return math.nan
     return float(results.estimates.campbell.total[nearest, at])
 
 
-def _partners(first: Shapes, second: Shapes) -> dict[int, tuple[int, float]]:
+def _partners(first: Sequence[Mode], second: Sequence[Mode]) -> dict[int, tuple[int, float]]:
     """Mode of the second engine for each of the first, and the MAC of both."""
-    a, b = (s.motion / np.linalg.norm(s.motion, axis=0) for s in (first, second))
-    mac = np.abs(a.conj().T @ b) ** 2
-    other = first.family[:, None] != second.family[None]
-    far = np.abs(np.log2(first.hertz[:, None] / second.hertz[None])) > _OCTAVES
-    mac[other | far] = 0.0
-    away = np.abs(np.log2(first.hertz[:, None] / second.hertz[None]))
+    if not first or not second:
+        return {}
+    mac = modal_assurance(*(np.array([m.motion for m in own]) for own in (first, second)))
+    (family, value), (others, values) = (
+        np.array([(m.family, m.value) for m in own]).T for own in (first, second)
+    )
+    away = np.abs(np.log2(value[:, None] / values))
+    mac[(family[:, None] != others) | (away > _OCTAVES)] = 0.0
     rows, columns = linear_sum_assignment(np.where(mac >= _ALIKE, np.sqrt(away) - 1.0 - mac, 0.0))
     return {
         int(i): (int(j), float(mac[i, j]))
@@ -224,42 +234,32 @@ def _partners(first: Shapes, second: Shapes) -> dict[int, tuple[int, float]]:
     }
 
 
-def _chain(shapes: Mapping[str, Shapes]) -> list[dict[str, Any]]:
+def _chain(modes: Mapping[str, Sequence[Mode]], what: str) -> list[dict[str, Any]]:
     """Every mode of the engine with rings through all engines, then modes that only blades have."""
-    names = list(ENGINES)
-    steps = [_partners(shapes[a], shapes[b]) for a, b in pairwise(names)]
+    steps = {(a, b): _partners(modes[a], modes[b]) for a, b in pairwise(ENGINES)}
+    begin, *_, last = ENGINES
     rows, met = [], set()
-    for start in range(shapes[names[0]].hertz.size):
-        at: int | None = start
-        hertz, alike = {names[0]: start}, []
-        for name, step in zip(names[1:], steps, strict=True):
-            found = step.get(at) if at is not None else None
-            at = None if found is None else found[0]
-            if found is not None:
-                hertz[name] = found[0]
-                alike.append(found[1])
-        met.add(hertz.get(names[-1]))
-        rows.append(_row(shapes, hertz, alike))
-    last = shapes[names[-1]]
-    own = [k for k in range(last.hertz.size) if k not in met]
-    return [*rows, *(_row(shapes, {names[-1]: k}, []) for k in own)]
+    for start in range(len(modes[begin])):
+        at, alike = {begin: start}, []
+        for (a, b), step in steps.items():
+            if at[a] not in step:
+                break
+            at[b], mac = step[at[a]]
+            alike.append(round(mac, 3))
+        met.add(at.get(last))
+        rows.append(_row({name: modes[name][k] for name, k in at.items()}, alike, what))
+    own = [mode for k, mode in enumerate(modes[last]) if k not in met]
+    return [*rows, *(_row({last: mode}, [], what) for mode in own)]
 
 
-def _row(
-    shapes: Mapping[str, Shapes], index: Mapping[str, int], alike: Sequence[float]
-) -> dict[str, Any]:
-    first = next(iter(index))
-    k = index[first]
+def _row(modes: Mapping[str, Mode], alike: Sequence[float], what: str) -> dict[str, Any]:
+    first = next(iter(modes.values()))
     return {
-        "unit": shapes[first].unit[k],
-        "whirl": _WHIRL[int(shapes[first].family[k])],
-        "frequency_hz": {name: float(shapes[name].hertz[i]) for name, i in index.items()},
-        "error": {
-            name: float(shapes[name].error[i])
-            for name, i in index.items()
-            if np.isfinite(shapes[name].error[i])
-        },
-        "mac": [round(v, 3) for v in alike],
+        "unit": first.unit,
+        "whirl": _WHIRL[first.family],
+        what: {name: mode.value for name, mode in modes.items()},
+        "error": {name: mode.error for name, mode in modes.items() if math.isfinite(mode.error)},
+        "mac": alike,
     }
 
 
@@ -268,52 +268,29 @@ def _row(
 
 def _critical(results: Mapping[str, Results], places: Sequence[str]) -> list[dict[str, Any]]:
     """Critical speeds of all engines, those of one shaft and whirl in pairs like the modes."""
-    found = {name: _critical_shapes(r, places) for name, r in results.items()}
+    found = {name: _critical_speeds(r, places) for name, r in results.items()}
     shafts = dict.fromkeys(s for own in found.values() for s in own)
-    rows = []
-    for shaft in shafts:
-        chained = _chain({name: own.get(shaft, _none(places)) for name, own in found.items()})
-        for row in chained:
-            # a critical speed is kept where a mode has its frequency
-            speeds = row.pop("frequency_hz")
-            rows.append({**row, "excited_by": shaft, "speed_rpm": speeds})
-    return rows
+    return [
+        {**row, "excited_by": shaft}
+        for shaft in shafts
+        for row in _chain({name: own.get(shaft, []) for name, own in found.items()}, "speed_rpm")
+    ]
 
 
-def _none(places: Sequence[str]) -> Shapes:
-    none = np.zeros(0)
-    return Shapes(hertz=none, family=none, error=none, unit=[], motion=np.zeros((len(places), 0)))
-
-
-def _critical_shapes(results: Results, places: Sequence[str]) -> dict[str, Shapes]:
-    """Critical speeds by the shaft whose unbalance excites them, as frequencies, in rpm."""
-    errors = None if results.estimates is None else results.estimates.critical_speeds.total
-    by_shaft: dict[str, list[tuple[Any, ...]]] = {}
-    ratios = results.scene.speed_ratios()
+def _critical_speeds(results: Results, places: Sequence[str]) -> dict[str, list[Mode]]:
+    """Critical speeds by the shaft whose unbalance excites them."""
+    estimates, ratios = results.estimates, results.scene.speed_ratios()
+    by_shaft: dict[str, list[Mode]] = {}
     for k, entry in enumerate(results.critical_speeds):
         critical = entry.critical
-        modes = modes_at_speed(results.system, critical.speed_rad_s)
-        assert modes.family is not None
-        at = int(np.abs(modes.frequency_hz - critical.frequency_hz).argmin())
-        if not any(ratios[shaft] * modes.family[at] > 0.0 for shaft in entry.excited_by):
-            continue
-        share = participation(results.system, modes)
-        unit = share.bodies[int(share.kinetic_bodies[:, at].argmax())]
-        error = float("nan") if errors is None else float(errors[k])
-        rpm = critical.speed_rad_s * RPM_PER_RAD_S
-        motion = _motion(results, modes, places)[:, at]
-        told = (rpm, int(modes.family[at]), error, unit, motion)
-        by_shaft.setdefault(", ".join(entry.excited_by), []).append(told)
-    return {
-        shaft: Shapes(
-            hertz=np.array([o[0] for o in own]),
-            family=np.array([o[1] for o in own]),
-            error=np.array([o[2] for o in own]),
-            unit=[o[3] for o in own],
-            motion=np.column_stack([o[4] for o in own]),
-        )
-        for shaft, own in by_shaft.items()
-    }
+        modes = _modes(results, critical.speed_rad_s, places)
+        mode = min(modes, key=lambda m: abs(m.value - critical.frequency_hz))
+        if any(ratios[shaft] * mode.family > 0.0 for shaft in entry.excited_by):
+            rpm = critical.speed_rad_s * RPM_PER_RAD_S
+            error = math.nan if estimates is None else float(estimates.critical_speeds.total[k])
+            own = by_shaft.setdefault(", ".join(entry.excited_by), [])
+            own.append(replace(mode, value=rpm, error=error))
+    return by_shaft
 
 
 # -- numbers and picture that are kept -------------------------------------------------------------
@@ -339,7 +316,9 @@ def compute() -> None:
         "masses": _masses(),
         "rows": _blade_rows(),
         "modes": {
-            f"{rpm:g}": _chain({n: _shapes(r, rpm, places, limit) for n, r in results.items()})
+            f"{rpm:g}": _chain(
+                {n: _modes_below(r, rpm, places, limit) for n, r in results.items()}, "frequency_hz"
+            )
             for rpm in (0.0, top)
         },
         "critical_speeds": _critical(results, places),
@@ -435,7 +414,6 @@ def _both(results: Mapping[str, Results], limit_hz: float) -> charts.Chart:
 def blade_sections(_runs: dict[str, Any], _told: dict[str, Any]) -> list[str]:
     """Sections of the page on the engine with blades, from the numbers that are kept."""
     known = json.loads(DATA.read_text(encoding="utf-8"))
-    masses = _mass_table(known)
     at_rest, at_speed = known["modes"].items()
     return [
         "### The engine with blades",
@@ -447,7 +425,7 @@ def blade_sections(_runs: dict[str, Any], _told: dict[str, Any]) -> list[str]:
         "Computed by `make paper_blades`, which takes longer than the rest of this page: it keeps "
         "[numbers](data/paper_blades.json) and picture.",
         _row_table(known),
-        masses,
+        _mass_table(known),
         "Table 4 holds with blades as with rings; their diametral inertia is not fitted.",
         "![Campbell diagrams with rings and with blades](paper/blades.png)",
         "Three steps lead from rings to elastic blades, while mass, centre and inertias of a unit "

@@ -143,14 +143,13 @@ def _complexity_table(engine: Run) -> str:
 
 
 def _complexity_text(engine: Run) -> str:
-    said = SOURCE["section_5_8"]
     found = engine.analysis("complexity")["complexity"]
     errors = {m["name"]: np.array(m["response_error_by_band"]) for m in found["models"]}
     peak = max(abs(m["peak_force_error"]) for m in found["models"])
     bands = [list(band) for band in found["bands_hz"]]
     (low, high), *_ = bands
-    listed = ", ".join(f"{name} {errors[name][0]:.1%}" for name in said["with_difference"])
-    alone = (*said["with_difference"], said["without"])
+    listed = ", ".join(f"{name} {errors[name][0]:.1%}" for name in SAID["with_difference"])
+    alone = (*SAID["with_difference"], SAID["without"])
     best = [min(alone, key=lambda name: errors[name][k]) for k in range(len(bands))]
     by_band = ", ".join(
         f"{name} from {low:g} to {high:g} Hz ({errors[name][k]:.1%})"
@@ -158,18 +157,18 @@ def _complexity_text(engine: Run) -> str:
     )
     fair, good = (
         f"{errors[own['model']][bands.index(own['band_hz'])]:.0%}"
-        for own in (said["moderate"], said["excellent"])
+        for own in (SAID["moderate"], SAID["excellent"])
     )
     return (
         "**The paper** compares the transmitted force: "
-        f"{said['difference_percent']} % off with no modes or those of LP or HP alone, while the "
+        f"{SAID['difference_percent']} % off with no modes or those of LP or HP alone, while the "
         "fan alone corresponds to the reference. **Ours**, errors by band as root mean square "
         f"differences of the response, on the same comparison from {low:.0f} to {high:.0f} Hz, "
-        f"where the fan turns: {listed}, but {said['without']} {errors[said['without']][0]:.1%}. "
+        f"where the fan turns: {listed}, but {SAID['without']} {errors[SAID['without']][0]:.1%}. "
         "The paper does not say by what measure, so this is a parallel and not the same number. "
         f"Peak forces differ by {peak:.1%} at most. By spectrum the paper "
-        f"finds {said['best']} best, and {said['moderate']['model']} moderate from "
-        f"{said['moderate']['band_hz'][0]} to {said['moderate']['band_hz'][1]} Hz and excellent "
-        f"above. Ours of one unit alone are best with {by_band}; {said['moderate']['model']} miss "
+        f"finds {SAID['best']} best, and {SAID['moderate']['model']} moderate from "
+        f"{SAID['moderate']['band_hz'][0]} to {SAID['moderate']['band_hz'][1]} Hz and excellent "
+        f"above. Ours of one unit alone are best with {by_band}; {SAID['moderate']['model']} miss "
         f"{fair} and {good} there."
     )

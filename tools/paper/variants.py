@@ -15,7 +15,7 @@ from scipy.stats import qmc
 
 from solidwhirl.cache.files import StageStore
 from solidwhirl.core.stages import silent
-from solidwhirl.geometry import MATERIALS
+from solidwhirl.geometry import MATERIALS, Material
 from solidwhirl.identify.model import InfeasibleError, Model, lean_scene, model_scene
 from solidwhirl.identify.problem import Problem, TargetSpec, is_mass_target, read_problem
 from solidwhirl.pipeline.cached_stages import StageCache
@@ -220,16 +220,17 @@ def with_rigid_stages(scene: dict[str, Any], unit: str) -> dict[str, Any]:
     body = scene["bodies"][unit]
     parts = (*body["sections"], *body.get("stage_groups", ()))
     others = {part["material"] for part in parts if "material" in part} - {body["material"]}
-    rigid = {name: MATERIALS[name] for name in others}
-    scene["materials"] = {
-        name: {
-            "youngs_modulus_pa": _RIGID * own.youngs_modulus_pa,
-            "poissons_ratio": own.poissons_ratio,
-            "density_kg_per_m3": own.density_kg_per_m3,
-        }
-        for name, own in rigid.items()
-    }
+    scene["materials"] = {name: stiffer(MATERIALS[name], _RIGID) for name in others}
     return scene
+
+
+def stiffer(material: Material, factor: float) -> dict[str, float]:
+    """Return an entry of a scene for a material with its modulus times a factor."""
+    return {
+        "youngs_modulus_pa": factor * material.youngs_modulus_pa,
+        "poissons_ratio": material.poissons_ratio,
+        "density_kg_per_m3": material.density_kg_per_m3,
+    }
 
 
 def with_nodes_held(scene: dict[str, Any], unit: str) -> dict[str, Any]:
