@@ -22,9 +22,12 @@ import tempfile
 import time
 import tomllib
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from solidwhirl.scene.records import Scene
 
 ROOT = Path(__file__).resolve().parents[1]
 CASES = 20
@@ -106,34 +109,29 @@ def _batch(folder: Path, scene: Path, bearing: str) -> float:
     return cpu_s(*command, *map(str, paths), "--out", str(folder / "batch"))
 
 
-def small(stiffness: float, damping: float) -> dict[str, Any]:
+def small(stiffness: float, damping: float) -> Scene:
     """A shaft with a disk on its meridian, on two bearings."""
-    shaft = {"name": "shaft", "start_m": 0.0, "end_m": 0.5, "outer_radius_m": 0.02}
-    disk = {"name": "disk", "start_m": 0.18, "end_m": 0.22, "outer_radius_m": 0.12}
-    seats = {"left": 0.0, "disk": 0.2, "right": 0.5}
-    interfaces = [{"name": n, "kind": "section", "at_m": x} for n, x in seats.items()]
-    sections = [shaft, disk | {"inner_radius_m": 0.02}]
-    rotor = {"material": "steel", "sections": sections, "interfaces": interfaces}
-    bearings = [
-        {
-            "name": end,
-            "first": f"rotor.{end}",
-            "stiffness_n_per_m": value,
-            "damping_n_s_per_m": damping,
-        }
-        for end, value in (("left", stiffness), ("right", 2e7))
-    ]
-    return {
-        "name": "small",
-        "model": {"modes": SMALL_MODES, "level": "harmonic"},
-        "speeds": {"to_rpm": 20000, "count": 21},
-        "campbell": {"branches": 6},
-        "bodies": {"rotor": rotor},
-        "bearings": bearings,
-    }
+    from solidwhirl.build import bearing, body, cylinder, scene
+
+    rotor = body(
+        cylinder("shaft", 0.0, 0.5, 0.02),
+        cylinder("disk", 0.18, 0.22, 0.12, 0.02),
+        interfaces={"left": 0.0, "disk": 0.2, "right": 0.5},
+    )
+    return scene(
+        "small",
+        bodies={"rotor": rotor},
+        bearings=[
+            bearing("left", "rotor.left", stiffness_n_per_m=stiffness, damping_n_s_per_m=damping),
+            bearing("right", "rotor.right", stiffness_n_per_m=2e7, damping_n_s_per_m=damping),
+        ],
+        speeds_rpm=np.linspace(0.0, 20000.0, 21),
+        branches=6,
+        model={"modes": SMALL_MODES, "level": "harmonic"},
+    )
 
 
-def _edited(scenes: list[Any]) -> tuple[float, float]:
+def _edited(scenes: list[Scene]) -> tuple[float, float]:
     """Coordinates, and the CPU of `run_scene` with a store after a change of a bearing."""
     from solidwhirl.cache.files import MemoryStore
     from solidwhirl.pipeline.run import run_scene
@@ -157,7 +155,7 @@ def in_one(scene: Path, bearing: str) -> dict[str, float]:
     size, spent = _edited(scenes)
     out = {"coordinates": size, "run_scene_s": spent}
     for name, damping in (("small", 0.0), ("small_damped", 200.0)):
-        edits = [parse_scene(small(1e7 * (1.0 + 0.1 * k), damping)) for k in range(4)]
+        edits = [small(1e7 * (1.0 + 0.1 * k), damping) for k in range(4)]
         out[f"{name}_coordinates"], out[f"{name}_run_scene_s"] = _edited(edits)
     reduced = reduce_scene(scenes[0])
     for name in ("critical_speeds", "campbell", "estimates"):
