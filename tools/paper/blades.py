@@ -27,6 +27,7 @@ from paper.runs import SOURCE, STORE, drawn  # noqa: E402
 from paper.variants import stiffer  # noqa: E402
 
 from solidwhirl import geometry as geo  # noqa: E402
+from solidwhirl.build import disk  # noqa: E402
 from solidwhirl.core.stages import silent  # noqa: E402
 from solidwhirl.geometry import mass_properties  # noqa: E402
 from solidwhirl.geometry.mass_properties import feature_mass_properties  # noqa: E402
@@ -120,14 +121,14 @@ def _stage_rings(data: dict[str, Any]) -> dict[str, Any]:
             )
             middle = 0.5 * (section.start_m + section.end_m)
             rings.append(
-                {
-                    "name": blade.name,
-                    "interface": f"{blade.name}_ring",
-                    "mass_kg": found.mass_kg,
-                    "polar_inertia_kg_m2": found.polar_inertia_kg_m2,
-                    "diametral_inertia_kg_m2": found.diametral_inertia_kg_m2,
-                    "offset_m": float(found.center_of_gravity_m[2]) - middle,
-                }
+                disk(
+                    blade.name,
+                    mass_kg=found.mass_kg,
+                    polar=found.polar_inertia_kg_m2,
+                    diametral=found.diametral_inertia_kg_m2,
+                    interface=f"{blade.name}_ring",
+                    offset_m=float(found.center_of_gravity_m[2]) - middle,
+                )
             )
         kept = {k: v for k, v in body.items() if k != "blades"}
         interfaces = [*body["interfaces"], *seats]
@@ -379,25 +380,21 @@ def _blade_rows() -> list[dict[str, Any]]:
 
 def _both(results: Mapping[str, Results], limit_hz: float) -> charts.Chart:
     """Both Campbell diagrams in one frame: rings below, blades above."""
-    parts: list[charts.Part] = []
-    for engine, width in (("rings", 4.0), ("blades", 1.4)):
-        diagram = results[engine].campbell
-        rpm = diagram.speeds_rad_s * RPM_PER_RAD_S
-        for curve in charts.branch_curves(rpm, diagram.frequency_hz, diagram.whirl):
-            color = "@ink/0.25" if engine == "rings" else curve.look.color
-            look = charts.Look(
-                color, "solid" if engine == "rings" else curve.look.dash, "", 4, width
-            )
-            name = NAMES["rings"] if engine == "rings" else f"{NAMES['blades']}, {curve.name}"
-            parts.append(charts.Curve(x=curve.x, y=curve.y, name=name, look=look))
+    rings, blades = (
+        charts.branch_curves(d.speeds_rad_s * RPM_PER_RAD_S, d.frequency_hz, d.whirl)
+        for d in (results["rings"].campbell, results["blades"].campbell)
+    )
+    grey, line = charts.Look("@ink/0.25", width=4.0), charts.Look("@muted", "dot", width=1.0)
+    parts: list[charts.Part] = [replace(c, name=NAMES["rings"], look=grey) for c in rings]
+    for c in blades:
+        look = replace(c.look, mark="", width=1.4)
+        parts.append(replace(c, name=f"{NAMES['blades']}, {c.name}", look=look))
     rpm = results["blades"].campbell.speeds_rad_s * RPM_PER_RAD_S
-    for shaft, ratio in results["blades"].scene.speed_ratios().items():
-        if not ratio:
-            continue
-        line = charts.Look("@muted", "dot", width=1.0)
-        parts.append(
-            charts.Curve(x=rpm, y=abs(ratio) * rpm / 60.0, name=f"1/rev of {shaft}", look=line)
-        )
+    parts += [
+        charts.Curve(x=rpm, y=abs(ratio) * rpm / 60.0, name=f"1/rev of {shaft}", look=line)
+        for shaft, ratio in results["blades"].scene.speed_ratios().items()
+        if ratio
+    ]
     return charts.Chart(
         name="blades",
         title="Engine with rings (grey) and with elastic blades (in colour)",
