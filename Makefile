@@ -25,7 +25,7 @@ export OMPI_MCA_odls_base_sigkill_timeout := 4
 .PHONY: help measured setup pipeline batch scenes test check verify hard paper paper_blades study docs bench clean
 
 help: ## say what can be made
-	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12
+	@sed -n 's/^\([a-z_]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 14
 
 setup: ## install Debian packages and .venv (quick when done)
 	@flock Makefile tools/setup.sh

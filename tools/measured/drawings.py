@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import gmsh
@@ -100,8 +101,7 @@ def write(name: str, draw: Callable[[], None]) -> Path:
 def main() -> None:
     """Write all files."""
     drawings: dict[str, Callable[[], None]] = {"blisk": blisk, "panel": panel}
-    for sweep in SWEEPS_DEG:
-        drawings[f"swept_blade_{sweep}"] = lambda sweep=sweep: swept_blade(sweep)  # type: ignore[misc]
+    drawings |= {f"swept_blade_{sweep}": partial(swept_blade, sweep) for sweep in SWEEPS_DEG}
     for name, draw in drawings.items():
         path = write(name, draw)
         sys.stdout.write(f"{path.name} {path.stat().st_size} bytes\n")

@@ -56,7 +56,6 @@ def _compared(engine: Run) -> dict[str, dict[str, float]]:
     (spec,) = (a for a in engine.scene.analyses if a.label == "complexity")
     turning = [n for n, r in engine.saved.system.system.rotors.items() if r.speed_ratio]
     units = [name.removeprefix("modes of ").split(" and ") for name in _names(engine)[2:]]
-    low_high = spec.bands_hz[0]
     found = {}
     for text, (stiffness, damping) in _CHANGES.items():
         system = _with_bearings(engine.saved.system, stiffness, damping)
@@ -71,7 +70,7 @@ def _compared(engine: Run) -> dict[str, dict[str, float]]:
             [unbalance_of(u) for u in spec.unbalances if u.at.startswith(f"{_FAN}.")],
             bearing=_MOUNT,
             step_s=1.0 / _STEPS_HZ,
-            bands_hz=[low_high],
+            bands_hz=spec.bands_hz[:1],
             record_every=_STEPS_HZ // _RECORDS_HZ,
         )
         errors = compared.band_error[:, 0].tolist()
