@@ -15,9 +15,8 @@ from solidwhirl.analyses.measured.universal_files import FileFunction, FileMode,
 from solidwhirl.analyses.unbalances import end_of
 from solidwhirl.rotordyn import AssembledSystem
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
+from solidwhirl.rotordyn.modal_test.assurance import seen_directions
 from solidwhirl.rotordyn.modal_test.families import ModeFamilies
-
-_SEEN = 1e-8
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -46,7 +45,7 @@ def exported(
     Points without a node get numbers that are free, one for each place. A family whose modes the
     sensors see in two planes is written as two modes.
     """
-    own = measured or MeasuredSpec.model_construct(directions=("x", "y"))
+    own = measured or MeasuredSpec.model_construct()
     points = dict.fromkeys([*test.hammers, *test.sensors])
     places = {point: _place(system, point) for point in points}
     nodes = _numbers(places)
@@ -66,7 +65,7 @@ def exported(
     modes = [
         FileMode(float(hertz[k]), ratio, _motion(shape, test.sensors, ends))
         for k, ratio in enumerate(test.damping_ratio)
-        for shape in _seen(test.families.motion(test.seen, k))
+        for shape in _shapes(test.families.motion(test.seen, k))
     ]
     at = {nodes[point]: file_place(at_m, own) for point, (_, at_m) in places.items()}
     write_universal(path, functions, modes, at)
@@ -96,11 +95,10 @@ def _numbers(places: dict[MeasuringPointSpec, tuple[str, float]]) -> dict[Measur
     return found
 
 
-def _seen(motion: FloatArray) -> list[FloatArray]:
-    """Return the independent motions of the sensors in a family."""
-    left, singular, _ = np.linalg.svd(motion, full_matrices=False)
-    large = singular > _SEEN * max(float(singular.max(initial=0.0)), 1e-300)
-    return [left[:, k] * singular[k] for k in np.flatnonzero(large)]
+def _shapes(motions: FloatArray) -> FloatArray:
+    """Return the independent motions of the sensors in a family, one each row."""
+    directions, size = seen_directions(motions)
+    return np.asarray((directions * size).T)
 
 
 def _motion(
