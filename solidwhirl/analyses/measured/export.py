@@ -16,7 +16,6 @@ from solidwhirl.analyses.unbalances import end_of
 from solidwhirl.rotordyn import AssembledSystem
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
 from solidwhirl.rotordyn.modal_test.assurance import seen_directions
-from solidwhirl.rotordyn.modal_test.families import ModeFamilies
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -30,11 +29,11 @@ class ComputedTest:
     frequency_hz: FloatArray
     #: (hammer, sensor, frequency)
     values: ComplexArray
-    families: ModeFamilies
     #: Of the families that are written
+    natural_hz: Sequence[float]
     damping_ratio: Sequence[float]
-    #: What the sensors see of the coordinates of the system, (s, n)
-    seen: FloatArray
+    #: Of the sensors in the modes of each, (s, modes)
+    motions: Sequence[FloatArray]
 
 
 def exported(
@@ -61,11 +60,11 @@ def exported(
         for h, hammer in enumerate(test.hammers)
         for s, sensor in enumerate(test.sensors)
     ]
-    hertz = test.families.lateral_hz
+    families = zip(test.natural_hz, test.damping_ratio, test.motions, strict=True)
     modes = [
-        FileMode(float(hertz[k]), ratio, _motion(shape, test.sensors, ends))
-        for k, ratio in enumerate(test.damping_ratio)
-        for shape in _shapes(test.families.motion(test.seen, k))
+        FileMode(hertz, ratio, _motion(shape, test.sensors, ends))
+        for hertz, ratio, motions in families
+        for shape in _shapes(motions)
     ]
     at = {nodes[point]: file_place(at_m, own) for point, (_, at_m) in places.items()}
     write_universal(path, functions, modes, at)

@@ -106,13 +106,15 @@ class ImpactTestSpec(base.Frequencies):
         omega = self.frequencies_rad_s
         damping = by_mode(families, self.damping_ratio)
         moved = receptances(system, families, (sensors, hammers), omega, damping)
-        values = (moved.T * (1j * omega) ** ORDERS[self.quantity]).T.transpose(2, 1, 0)
+        values = moved.T * (1j * omega) ** ORDERS[self.quantity]  # (hammer, sensor, frequency)
         highest, measured = self.frequency_max_hz, self.read()
         if measured is not None and measured.modes:
             highest = max(highest, 1.5 * measured.modes[-1].frequency_hz)
         count = int((families.lateral_hz <= highest).sum())
         unit = UNITS[self.quantity]
+        hertz = families.lateral_hz[:count].tolist()
         ratios = [float(damping[families.family == k][0]) for k in range(count)]
+        motions = [families.motion(sensors, k) for k in range(count)]
         document = {
             "quantity": self.quantity,
             "hammer": [point.name for point in self.hammers],
@@ -121,24 +123,24 @@ class ImpactTestSpec(base.Frequencies):
             f"real_{unit}": values.real.tolist(),
             f"imaginary_{unit}": values.imag.tolist(),
             "modes": {
-                "frequency_hz": families.lateral_hz[:count].tolist(),
+                "frequency_hz": hertz,
                 "count": families.sizes[:count].tolist(),
                 "damping_ratio": ratios,
             },
         }
         if measured is not None:
-            motions = [families.motion(sensors, k) for k in range(count)]
-            names = [point.name for point in self.sensors]
-            document["measured"] = compared(measured, families, motions, names, self.quantity)
+            document["measured"] = compared(
+                measured, families, motions, [p.name for p in self.sensors], self.quantity
+            )
         test = ComputedTest(
             hammers=self.hammers,
             sensors=self.sensors,
             quantity=self.quantity,
             frequency_hz=omega / (2.0 * np.pi),
             values=values,
-            families=families,
+            natural_hz=hertz,
             damping_ratio=ratios,
-            seen=sensors,
+            motions=motions,
         )
         return Outcome(
             kind=self.kind,
