@@ -40,10 +40,19 @@ def assurance(measured: ComplexArray, computed: Sequence[FloatArray]) -> FloatAr
     size = np.linalg.norm(measured, axis=0)
     found = np.zeros((measured.shape[1], len(computed)))
     for k, motions in enumerate(computed):
-        left, singular, _ = np.linalg.svd(motions, full_matrices=False)
-        seen = left[:, singular > _SEEN * max(float(singular.max(initial=0.0)), 1e-300)]
-        found[:, k] = (np.linalg.norm(seen.conj().T @ measured, axis=0) / size) ** 2
+        seen, _ = seen_directions(motions)
+        found[:, k] = (np.linalg.norm(seen.T @ measured, axis=0) / size) ** 2
     return found
+
+
+def seen_directions(motions: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return orthonormal directions of p sensors in which a family moves, (p, d), and how far.
+
+    `motions`: of the sensors in its modes, (p, c). The largest comes first.
+    """
+    left, singular, _ = np.linalg.svd(motions, full_matrices=False)
+    seen = singular > _SEEN * max(float(singular.max(initial=0.0)), 1e-300)
+    return left[:, seen], singular[seen]
 
 
 def pairs_by_shape(

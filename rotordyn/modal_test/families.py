@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -54,6 +55,8 @@ class ModeFamilies(ReadOnlyArrays):
         return np.asarray(rows @ self.shapes[:, self.family == family])
 
 
+# several shapes of one model are asked for in turn
+@lru_cache(maxsize=1)
 def mode_families(system: AssembledSystem) -> ModeFamilies:
     """Find all undamped modes at rest and sort them into families.
 

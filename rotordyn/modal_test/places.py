@@ -38,8 +38,8 @@ def place_direction(
     """Return the motion of the axis of a body at a place along a direction, shape (n,).
 
     `at_m`: along the axis, m; `direction`: as of `interface_direction`. Between points whose
-    motion is known (`centreline_motion`) a cubic spline holds. Raises AnalysisError if the
-    place lies off the body, AssemblyError if there is no such body.
+    motion is known (`centreline_motion`) a cubic spline holds, between two a line. Raises
+    AnalysisError if the place lies off the body, AssemblyError if there is no such body.
     """
     rows = body_rows(system, body)
     line = _known_points(system, body)
@@ -49,16 +49,9 @@ def place_direction(
         raise AnalysisError(
             f"{at_m:g} m lies off body {body!r}, whose axis is known from {low:g} to {high:g} m"
         )
-    motion = line.modes[0] if line.axial_m.size == 1 else _between(line, at_m)
+    single = line.axial_m.size == 1
+    motion = line.modes[0] if single else CubicSpline(line.axial_m, line.modes)(at_m)
     return np.asarray(direction @ motion @ rows)
-
-
-def _between(line: Centreline, at_m: float) -> FloatArray:
-    """Return ux and uy at a place per coordinate of the body, shape (2, n)."""
-    if line.axial_m.size > 2:
-        return np.asarray(CubicSpline(line.axial_m, line.modes)(at_m))
-    share = (at_m - line.axial_m[0]) / (line.axial_m[1] - line.axial_m[0])
-    return np.asarray((1.0 - share) * line.modes[0] + share * line.modes[1])
 
 
 def _known_points(system: AssembledSystem, body: str) -> Centreline:

@@ -70,10 +70,9 @@ def plan(
 
         nominal = [] if chosen.sweep is None else [nominal_text(str(scene), chosen.sweep)]
         planned = plan_parts(decided, doubts, Costs(expected, effects))
-        typer.echo(plain_text([*nominal, *planned, *cost_parts(expected)], _width()))
-        if not machine.calibrated:
-            said = "`solidwhirl doctor --calibrate` makes it right for this machine, in 20 s."
-            typer.echo(f"\n{said}")
+        said = "`solidwhirl doctor --calibrate` makes it right for this machine, in 20 s."
+        rough = [] if machine.calibrated else [said]
+        typer.echo(plain_text([*nominal, *planned, *cost_parts(expected), *rough], _width()))
 
     guarded(scene, work)
 

@@ -6,19 +6,19 @@ from collections.abc import Iterator, Sequence
 from itertools import zip_longest
 from textwrap import wrap
 
-from solidwhirl.core.blocks import Table
+from solidwhirl.core.blocks import Part, Table
 from solidwhirl.core.errors import clean
 
 # Between two columns.
 _GAP = "  "
 
 
-def plain_text(parts: Sequence[str | Sequence[str] | Table], width: int) -> str:
+def plain_text(parts: Sequence[Part], width: int) -> str:
     """Return paragraphs, lists of lines and tables of texts, on lines of at most a width."""
     return "\n\n".join("\n".join(_lines(part, width)) for part in parts)
 
 
-def _lines(part: str | Sequence[str] | Table, width: int) -> Iterator[str]:
+def _lines(part: Part, width: int) -> Iterator[str]:
     if isinstance(part, Table):
         yield from _table_lines(part, width)
     elif isinstance(part, str):

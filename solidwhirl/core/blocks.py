@@ -104,6 +104,8 @@ class CutBodies:
     bodies: Sequence[CutBody]
 
 
+#: What a plan is told with: a paragraph, lines of a list, a table.
+Part = str | Sequence[str] | Table
 #: What an analysis tells its results with.
 AnalysisBlock = Text | Table | Chart | TurningModes | CutBodies
 

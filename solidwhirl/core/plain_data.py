@@ -12,8 +12,8 @@ import numpy as np
 
 def plain_data(value: Any) -> Any:
     """Return lists, names and numbers for nested records; null for numbers that JSON has not."""
-    if type(value) is float:  # most are
-        return value if math.isfinite(value) else None
+    if isinstance(value, float):  # most are
+        return float(value) if math.isfinite(value) else None
     if value is None or isinstance(value, str | int):
         return value
     if isinstance(value, Mapping):
@@ -22,8 +22,6 @@ def plain_data(value: Any) -> Any:
         return plain_data(value.tolist())
     if isinstance(value, list | tuple):
         return [plain_data(v) for v in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
     return value
 
 

@@ -10,7 +10,7 @@ from solidwhirl.analyses.registry import AnalysisSpec
 from solidwhirl.analyses.work import EngineSize
 from solidwhirl.cost import run_coefficients as measured
 from solidwhirl.cost.engine import memory_gib, seconds_of
-from solidwhirl.cost.machine import REFERENCE, Machine
+from solidwhirl.cost.machine import Machine
 from solidwhirl.cost.work import Cost
 from solidwhirl.model.plan_records import Plan
 from solidwhirl.scene.records import Scene
@@ -46,10 +46,8 @@ def analysis_costs(
     plan: Plan,
     size: EngineSize,
     bodies: Mapping[str, Cost],
-    machine: Machine = REFERENCE,
-    on_level: Callable[[str], AnalysisCost] = lambda level: AnalysisCost(
-        seconds=0.0, memory_gib=0.0
-    ),
+    machine: Machine,
+    on_level: Callable[[str], AnalysisCost],
 ) -> dict[str, AnalysisCost]:
     """Predict what each analysis costs, by its name.
 

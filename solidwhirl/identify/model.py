@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,12 +15,12 @@ from solidwhirl.identify.problem import DIGITS, Problem
 from solidwhirl.identify.rows import scaled_to
 from solidwhirl.identify.targets import TargetSpec, is_mass_target
 from solidwhirl.model.bodies import build_bodies
-from solidwhirl.rotordyn import AssembledSystem
 from solidwhirl.rotordyn.core.arrays import FloatArray
-from solidwhirl.rotordyn.modal_test.families import mode_families
-from solidwhirl.rotordyn.modal_test.places import interface_direction
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_reading.reader import parse_scene
+
+if TYPE_CHECKING:
+    from solidwhirl.rotordyn import AssembledSystem
 
 Progress = Callable[[str], None]
 # What a scene asks for beyond its model.
@@ -217,6 +217,8 @@ def _shape(system: AssembledSystem, target: TargetSpec, frequency_hz: float) -> 
     Of modes in two planes it is the one along the direction of the target.
     """
     from solidwhirl.analyses.unbalances import end_of
+    from solidwhirl.rotordyn.modal_test.families import mode_families
+    from solidwhirl.rotordyn.modal_test.places import interface_direction
 
     families = mode_families(system)
     if not families.count:
@@ -262,5 +264,5 @@ def lean_scene(data: Mapping[str, Any], seen: Sequence[str] = ()) -> dict[str, A
             or i["name"] in disks
             or i.get("coupling", "distributing") == "rigid"
         ]
-        body["interfaces"] = kept or every[:1]  # a body that hangs free has one all the same
+        body["interfaces"] = kept or every[:1]  # a beam needs one
     return lean

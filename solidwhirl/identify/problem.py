@@ -157,10 +157,9 @@ def read_problem(path: str | Path) -> Problem:
     ):  # a device or pipe that a file names would be waited for
         raise SceneError(path, [f"scene: {spec.scene!r} is no file ({scene_path})"])
     scene = load_toml(scene_path)
-    interfaces = parse_scene(scene, scene_path).interface_names()
+    ends = parse_scene(scene, scene_path).places()
     places: dict[str, Place] = {}
     problems = [*_parameter_problems(spec), *_place_problems(spec, scene, places)]
-    ends = [f"{body}.{name}" for body, names in interfaces.items() for name in names]
     problems += target_problems(spec.targets, list(scene.get("bodies", {})), ends)
     prior_is_set = "prior" in spec.settings.model_fields_set and spec.settings.prior > 0.0
     problems += data_problems(spec.targets, len(spec.parameters), prior_is_set)

@@ -71,14 +71,11 @@ class Identification:
     @property
     def estimate(self) -> Estimate:
         """What the fitted targets say of the parameters."""
-        fitted, scale = self.problem.rows.is_fitted, self.problem.rows.tolerance
-        deviations = (self.deviations / scale)[fitted]
-        return estimate(self.slopes[fitted], deviations, _lost(self.problem))
-
-
-def _lost(problem: Problem) -> int:
-    """Data that the scales of shapes use up."""
-    return sum(bool(t.shape) for t in problem.spec.targets if t.use == "fit")
+        rows = self.problem.rows
+        deviations = rows.deviations(self.reached)[rows.is_fitted]
+        # the scale of each shape uses up one of its data
+        shapes = sum(bool(t.shape) for t in self.problem.spec.targets if t.use == "fit")
+        return estimate(self.slopes[rows.is_fitted], deviations, shapes)
 
 
 def sensitivities_per_range(found: Identification) -> FloatArray:
@@ -186,8 +183,7 @@ def _statistics(found: Identification) -> dict[str, Any]:
     half = own.half_width * span
     rows = found.problem.rows
     aside = np.flatnonzero(~rows.is_fitted)
-    deviations = (found.deviations / rows.tolerance)[aside]
-    score = scores(found.slopes[aside], deviations, own)
+    score = scores(found.slopes[aside], rows.deviations(found.reached)[aside], own)
     return {
         "confidence": CONFIDENCE,
         "intervals": {

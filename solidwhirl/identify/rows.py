@@ -39,26 +39,24 @@ class Rows(NamedTuple):
 
 def rows_of(targets: Sequence[TargetSpec]) -> Rows:
     """Return the numbers that targets want."""
-    at, names, wanted, reference, spread = [], [], [], [], []
+    at, names, wanted, reference = [], [], [], []
     for k, target in enumerate(targets):
-        values = target.shape or (target.value,)
-        largest = max(values, key=abs) or 0.0
-        for j, value in enumerate(values):
+        largest = max(map(abs, target.shape)) if target.shape else target.value
+        for j, value in enumerate(target.shape or (target.value,)):
             at.append(k)
             names.append(f"{target.name}, {target.at[j]}" if target.shape else target.name)
             wanted.append(value)
-            reference.append(abs(largest) if target.shape else largest)
-            spread.append(target.spread)
-    single = np.array([not targets[k].shape for k in at])
+            reference.append(largest)
+    each = [targets[k] for k in at]
     return Rows(
         target=tuple(at),
         name=tuple(names),
         wanted=np.array(wanted),
         reference=np.array(reference),
-        tolerance=np.array(spread),
-        is_mass=np.array([is_mass_target(targets[k]) for k in at]),
-        is_single=single,
-        is_fitted=np.array([targets[k].use == "fit" for k in at]),
+        tolerance=np.array([t.spread for t in each]),
+        is_mass=np.array([is_mass_target(t) for t in each]),
+        is_single=np.array([not t.shape for t in each]),
+        is_fitted=np.array([t.use == "fit" for t in each]),
     )
 
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray
 
 #: Of the intervals.
 CONFIDENCE = 0.95
+# Standard deviations that hold so much of a normal distribution.
+_WITHIN = float(special.ndtri(0.5 + 0.5 * CONFIDENCE))
 #: Size of a correlation from which on two parameters can not be told apart.
 ONE = 0.95
 #: Probability below which deviations are larger than the uncertainties allow.
@@ -61,15 +63,14 @@ def estimate(slopes: FloatArray, deviations: FloatArray, lost: int = 0) -> Estim
     unseen = np.diag(blind) > _ZERO
     freedom = slopes.shape[0] - slopes.shape[1] - lost
     chi = float(deviations @ deviations)
-    factor = float(stats.norm.ppf(0.5 + 0.5 * CONFIDENCE))
     return Estimate(
         covariance=known,
         blind=blind,
         correlation=limit / np.outer(spread, spread),
-        half_width=factor * np.where(unseen, np.inf, np.sqrt(np.diag(known))),
+        half_width=_WITHIN * np.where(unseen, np.inf, np.sqrt(np.diag(known))),
         chi_squared=chi,
         freedom=freedom,
-        probability=float(stats.chi2.sf(chi, freedom)) if freedom > 0 else None,
+        probability=float(special.chdtrc(freedom, chi)) if freedom > 0 else None,
     )
 
 
@@ -93,4 +94,4 @@ def scores(slopes: FloatArray, deviations: FloatArray, found: Estimate) -> Float
 
 def agrees(score: FloatArray) -> BoolArray:
     """Whether measurements lie where `CONFIDENCE` of them should."""
-    return np.asarray(np.abs(score) <= stats.norm.ppf(0.5 + 0.5 * CONFIDENCE))
+    return np.asarray(np.abs(score) <= _WITHIN)

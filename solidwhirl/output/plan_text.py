@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
-from solidwhirl.core.blocks import Table
+from solidwhirl.core.blocks import Part, Table
 from solidwhirl.core.errors import markdown_cell, markdown_text
 from solidwhirl.core.warnings import Doubt
 from solidwhirl.cost.analyses import AnalysisCost
@@ -23,10 +23,6 @@ class Costs(NamedTuple):
 
     expected: Forecast
     effects: Mapping[str, EffectCost]
-
-
-#: Of what a plan says: a paragraph, lines of a list, a table.
-Part = str | Sequence[str] | Table
 
 
 def plan_parts(plan: Plan, doubts: Iterable[Doubt] = (), costs: Costs | None = None) -> list[Part]:

@@ -388,6 +388,10 @@ class Scene(Record):
             for name, body in self._every_body().items()
         }
 
+    def places(self) -> list[str]:
+        """Every interface as `body.interface`."""
+        return [f"{body}.{i}" for body, names in self.interface_names().items() for i in names]
+
     def _every_body(self) -> dict[str, Any]:
         tables = (self.bodies, self.beams, self.rigid_bodies, self.imported, self.mesh_bodies)
         return {name: body for table in tables for name, body in table.items()}

@@ -114,7 +114,7 @@ def _problems(scene: Scene, spec: RecoverySpec) -> Iterator[str]:
 def _state_problems(scene: Scene, state: RecoveryStateSpec) -> Iterator[str]:
     if state.is_spin and "off" in (scene.effects.stress_stiffening, scene.effects.spin_softening):
         yield "speed_rpm: steady spin has no stress without the effect stress_stiffening"
-    places = [f"{body}.{i}" for body, names in scene.interface_names().items() for i in names]
+    places = scene.places()
     if state.peak is not None and state.peak not in places:
         yield f"peak: {unknown('interface', state.peak, places)}"
     for key, kind in (("response", "unbalance_response"), ("run_up", "run_up")):

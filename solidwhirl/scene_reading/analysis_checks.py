@@ -41,7 +41,7 @@ _LARGEST_ANGLE_RAD = 1.0
 
 def analysis_problems(scene: Scene) -> list[str]:
     """What the analyses name and can not have: one line each, which begins with the key."""
-    places = [f"{body}.{i}" for body, names in scene.interface_names().items() for i in names]
+    places = scene.places()
     problems = []
     for k, analysis in enumerate(scene.analyses):
         found = [*_name_problems(scene, analysis, places)]

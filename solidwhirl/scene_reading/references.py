@@ -35,7 +35,7 @@ _SAME_RATIO = 1e-9
 
 def reference_problems(scene: Scene) -> list[str]:
     """What a scene names and does not have: one line each, which begins with the key."""
-    places = [f"{body}.{i}" for body, names in scene.interface_names().items() for i in names]
+    places = scene.places()
     problems = list(repeated("bearings", [b.name for b in scene.bearings]))
     problems += repeated("gears", [g.name for g in scene.gears])
     problems += repeated("analyses", [a.label for a in scene.analyses])

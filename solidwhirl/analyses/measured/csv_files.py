@@ -9,17 +9,15 @@ from pathlib import Path
 
 import numpy as np
 
-from solidwhirl.analyses.measured.records import MeasuredFileError, MeasuredFunction, MeasuredMode
-
-#: Columns of the real and imaginary part of a function by its quantity.
-_PARTS = {
-    "receptance": "m_per_n",
-    "mobility": "m_per_s_n",
-    "accelerance": "m_per_s2_n",
-}
-_MODE_COLUMNS = (
-    *("mode", "frequency_hz", "damping_ratio", "uncertainty_hz", "sensor", "real", "imaginary"),
+from solidwhirl.analyses.measured.records import (
+    UNITS,
+    MeasuredFileError,
+    MeasuredFunction,
+    MeasuredMode,
 )
+
+_OF_MODE = ("frequency_hz", "damping_ratio", "uncertainty_hz")
+_MODE_COLUMNS = ("mode", *_OF_MODE, "sensor", "real", "imaginary")
 _MOST_ROWS = 2_000_000
 
 
@@ -33,11 +31,11 @@ def read_functions(
     wrong; the message names its line.
     """
     head, rows = _table(path)
-    quantity = next((q for q, unit in _PARTS.items() if f"real_{unit}" in head), None)
+    quantity = next((q for q, unit in UNITS.items() if f"real_{unit}" in head), None)
     if quantity is None:
-        allowed = ", ".join(f"real_{unit}" for unit in _PARTS.values())
+        allowed = ", ".join(f"real_{unit}" for unit in UNITS.values())
         raise MeasuredFileError(path, f"no column of real parts; allowed is one of {allowed}")
-    numbers = ("frequency_hz", f"real_{_PARTS[quantity]}", f"imaginary_{_PARTS[quantity]}")
+    numbers = ("frequency_hz", f"real_{UNITS[quantity]}", f"imaginary_{UNITS[quantity]}")
     _require(path, head, ("hammer", "sensor", *numbers))
     found: dict[tuple[str, str], list[list[float]]] = {}
     for line, row in rows:
@@ -54,14 +52,13 @@ def read_functions(
                 path, f"frequencies from {hammer!r} to {sensor!r} do not rise from 0 Hz or above"
             )
         above = x > 0.0
-        complex_values = (real + 1j * imaginary)[above]
         functions.append(
             MeasuredFunction(
                 hammer=hammer,
                 sensor=sensor,
                 quantity=quantity,
                 frequency_hz=x[above],
-                values=complex_values,
+                values=(real + 1j * imaginary)[above],
             )
         )
     return tuple(functions)
@@ -85,8 +82,7 @@ def read_modes(path: Path, sensors: Sequence[str]) -> tuple[MeasuredMode, ...]:
     shapes: dict[str, dict[str, complex]] = {}
     for line, row in rows:
         name = row["mode"]
-        keys = ("frequency_hz", "damping_ratio", "uncertainty_hz")
-        given = tuple(_number(path, line, k, row) if row.get(k) else None for k in keys)
+        given = tuple(_number(path, line, k, row) if row.get(k) else None for k in _OF_MODE)
         if given[0] is None or given[0] <= 0.0:
             raise MeasuredFileError(path, f"line {line}: frequency_hz must be above 0")
         if own.setdefault(name, given) != given:

@@ -15,9 +15,7 @@ from solidwhirl.analyses.measured.universal_files import FileFunction, FileMode,
 from solidwhirl.analyses.unbalances import end_of
 from solidwhirl.rotordyn import AssembledSystem
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
-from solidwhirl.rotordyn.modal_test.families import ModeFamilies
-
-_SEEN = 1e-8
+from solidwhirl.rotordyn.modal_test.assurance import seen_directions
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -31,11 +29,11 @@ class ComputedTest:
     frequency_hz: FloatArray
     #: (hammer, sensor, frequency)
     values: ComplexArray
-    families: ModeFamilies
     #: Of the families that are written
+    natural_hz: Sequence[float]
     damping_ratio: Sequence[float]
-    #: What the sensors see of the coordinates of the system, (s, n)
-    seen: FloatArray
+    #: Of the sensors in the modes of each, (s, modes)
+    motions: Sequence[FloatArray]
 
 
 def exported(
@@ -46,7 +44,7 @@ def exported(
     Points without a node get numbers that are free, one for each place. A family whose modes the
     sensors see in two planes is written as two modes.
     """
-    own = measured or MeasuredSpec.model_construct(directions=("x", "y"))
+    own = measured or MeasuredSpec.model_construct()
     points = dict.fromkeys([*test.hammers, *test.sensors])
     places = {point: _place(system, point) for point in points}
     nodes = _numbers(places)
@@ -62,11 +60,11 @@ def exported(
         for h, hammer in enumerate(test.hammers)
         for s, sensor in enumerate(test.sensors)
     ]
-    hertz = test.families.lateral_hz
+    families = zip(test.natural_hz, test.damping_ratio, test.motions, strict=True)
     modes = [
-        FileMode(float(hertz[k]), ratio, _motion(shape, test.sensors, ends))
-        for k, ratio in enumerate(test.damping_ratio)
-        for shape in _seen(test.families.motion(test.seen, k))
+        FileMode(hertz, ratio, _motion(shape, test.sensors, ends))
+        for hertz, ratio, motions in families
+        for shape in _shapes(motions)
     ]
     at = {nodes[point]: file_place(at_m, own) for point, (_, at_m) in places.items()}
     write_universal(path, functions, modes, at)
@@ -96,11 +94,10 @@ def _numbers(places: dict[MeasuringPointSpec, tuple[str, float]]) -> dict[Measur
     return found
 
 
-def _seen(motion: FloatArray) -> list[FloatArray]:
-    """Return the independent motions of the sensors in a family."""
-    left, singular, _ = np.linalg.svd(motion, full_matrices=False)
-    large = singular > _SEEN * max(float(singular.max(initial=0.0)), 1e-300)
-    return [left[:, k] * singular[k] for k in np.flatnonzero(large)]
+def _shapes(motions: FloatArray) -> FloatArray:
+    """Return the independent motions of the sensors in a family, one each row."""
+    directions, size = seen_directions(motions)
+    return np.asarray((directions * size).T)
 
 
 def _motion(

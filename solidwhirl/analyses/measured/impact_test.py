@@ -17,9 +17,10 @@ from solidwhirl.analyses.measured.pictures import (
     function_charts,
     mac_table,
     mode_chart,
+    paired_modes,
 )
 from solidwhirl.analyses.measured.reading import read_measured
-from solidwhirl.analyses.measured.records import Measured, MeasuredFileError
+from solidwhirl.analyses.measured.records import UNITS, Measured, MeasuredFileError
 from solidwhirl.analyses.measured.spec import MeasuredSpec, MeasuringPointSpec, point_problems
 from solidwhirl.analyses.unbalances import end_of
 from solidwhirl.analyses.work import EngineSize, Work
@@ -35,8 +36,6 @@ from solidwhirl.rotordyn.modal_test.places import interface_direction, place_dir
 
 _Points = Annotated[tuple[MeasuringPointSpec, ...], Field(min_length=1, max_length=200)]
 _Ratio = Annotated[float, Field(ge=0, lt=1, allow_inf_nan=False, strict=True)]
-#: Ends of the keys of functions by their quantity.
-UNITS = {"receptance": "m_per_n", "mobility": "m_per_s_n", "accelerance": "m_per_s2_n"}
 
 
 class ImpactTestSpec(base.Frequencies):
@@ -107,13 +106,15 @@ class ImpactTestSpec(base.Frequencies):
         omega = self.frequencies_rad_s
         damping = by_mode(families, self.damping_ratio)
         moved = receptances(system, families, (sensors, hammers), omega, damping)
-        values = (moved.T * (1j * omega) ** ORDERS[self.quantity]).T.transpose(2, 1, 0)
+        values = moved.T * (1j * omega) ** ORDERS[self.quantity]  # (hammer, sensor, frequency)
         highest, measured = self.frequency_max_hz, self.read()
         if measured is not None and measured.modes:
             highest = max(highest, 1.5 * measured.modes[-1].frequency_hz)
         count = int((families.lateral_hz <= highest).sum())
         unit = UNITS[self.quantity]
+        hertz = families.lateral_hz[:count].tolist()
         ratios = [float(damping[families.family == k][0]) for k in range(count)]
+        motions = [families.motion(sensors, k) for k in range(count)]
         document = {
             "quantity": self.quantity,
             "hammer": [point.name for point in self.hammers],
@@ -122,24 +123,24 @@ class ImpactTestSpec(base.Frequencies):
             f"real_{unit}": values.real.tolist(),
             f"imaginary_{unit}": values.imag.tolist(),
             "modes": {
-                "frequency_hz": families.lateral_hz[:count].tolist(),
+                "frequency_hz": hertz,
                 "count": families.sizes[:count].tolist(),
                 "damping_ratio": ratios,
             },
         }
         if measured is not None:
-            motions = [families.motion(sensors, k) for k in range(count)]
-            names = [point.name for point in self.sensors]
-            document["measured"] = compared(measured, families, motions, names, self.quantity)
+            document["measured"] = compared(
+                measured, families, motions, [p.name for p in self.sensors], self.quantity
+            )
         test = ComputedTest(
             hammers=self.hammers,
             sensors=self.sensors,
             quantity=self.quantity,
             frequency_hz=omega / (2.0 * np.pi),
             values=values,
-            families=families,
+            natural_hz=hertz,
             damping_ratio=ratios,
-            seen=sensors,
+            motions=motions,
         )
         return Outcome(
             kind=self.kind,
@@ -151,26 +152,24 @@ class ImpactTestSpec(base.Frequencies):
     def pictures(self, found: base.Found) -> Mapping[str, base.Charts]:
         """Functions of the first hammer and sensor, and frequencies beside each other."""
         pictures: dict[str, base.Charts] = {"": partial(function_charts, found.document)}
-        if mode_chart(found.document) is not None:
-            pictures["_modes"] = lambda: [c for c in (mode_chart(found.document),) if c is not None]
-        return pictures
+        modes = mode_chart(found.document)
+        return pictures if modes is None else {**pictures, "_modes": lambda: [modes]}
 
     def blocks(self, found: base.Found) -> Sequence[AnalysisBlock]:
         """Functions, frequencies side by side, and the MAC table."""
         document = found.document
         notes = (document.get("measured") or {}).get("notes") or []
         said = [Text(text="\n".join(f"- {note}" for note in notes))] if notes else []
-        tables = [t for t in (frequency_table(document), mac_table(document)) if t is not None]
-        modes = mode_chart(document)
-        return [*function_charts(document), *tables, *([modes] if modes else []), *said]
+        parts = (frequency_table(document), mac_table(document), mode_chart(document))
+        return [*function_charts(document), *(part for part in parts if part is not None), *said]
 
     @classmethod
     def scalars(cls, document: Mapping[str, Any]) -> base.Scalars:
         """The largest difference of paired frequencies, and their least MAC."""
-        modes = (document.get("measured") or {}).get("modes") or []
-        differences = [abs(m["relative_difference"]) for m in modes if m["computed"] is not None]
+        pairs = paired_modes(document)
+        differences = [abs(pair["relative_difference"]) for pair in pairs]
         yield "largest_relative_difference", base.largest_of(differences)
-        yield "least_mac", base.smallest_of(m["mac"] for m in modes if m["computed"] is not None)
+        yield "least_mac", base.smallest_of(pair["mac"] for pair in pairs)
 
 
 def _rows(system: AssembledSystem, points: Sequence[MeasuringPointSpec]) -> FloatArray:
@@ -193,13 +192,12 @@ def _rows(system: AssembledSystem, points: Sequence[MeasuringPointSpec]) -> Floa
 
 
 def _headline(document: Mapping[str, Any]) -> str:
-    measured = document.get("measured") or {}
-    pairs = [m for m in measured.get("modes", ()) if m["computed"] is not None]
+    pairs = paired_modes(document)
     if not pairs:
         lowest = ", ".join(f"{f:.4g}" for f in document["modes"]["frequency_hz"][:4])
         return f"lowest natural frequencies {lowest} Hz"
     percent = [100.0 * pair["relative_difference"] for pair in pairs]
     return (
-        f"{len(pairs)} of {len(measured['modes'])} measured modes found, computed frequencies "
-        f"{min(percent):+.1f} to {max(percent):+.1f} %"
+        f"{len(pairs)} of {len(document['measured']['modes'])} measured modes found, computed "
+        f"frequencies {min(percent):+.1f} to {max(percent):+.1f} %"
     )

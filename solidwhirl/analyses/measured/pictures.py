@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from solidwhirl.analyses.measured.records import UNITS
 from solidwhirl.core.blocks import Table, numbers
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
 from solidwhirl.rotordyn.plots import chart as charts
 
-_UNITS = {"receptance": "m/N", "mobility": "m/(s N)", "accelerance": "m/(s² N)"}
+_PRINTED = {"receptance": "m/N", "mobility": "m/(s N)", "accelerance": "m/(s² N)"}
 _COMPUTED = charts.Look("@c0", "solid")
 _MEASURED = charts.Look("@c1", "dot")
 # Pairs of a hammer and a sensor that a page offers.
@@ -19,24 +20,34 @@ _MOST = 40
 _MARK = charts.Look("@c1", "", "circle", 8)
 
 
+class _Function(NamedTuple):
+    """A function from a hammer to a sensor, and what was measured of it over frequencies."""
+
+    label: str
+    computed: ComplexArray
+    measured: Sequence[tuple[FloatArray, ComplexArray]]
+
+
 def function_charts(document: Mapping[str, Any]) -> list[charts.Chart]:
     """Return size and phase of the functions over the frequency, measured ones over computed."""
-    return [_function_chart(document, "size"), _function_chart(document, "phase")]
+    functions = _functions(document)
+    return [_function_chart(document, functions, what) for what in ("size", "phase")]
 
 
-def _function_chart(document: Mapping[str, Any], what: str) -> charts.Chart:
+def _function_chart(
+    document: Mapping[str, Any], functions: Sequence[_Function], what: str
+) -> charts.Chart:
     quantity, hertz = document["quantity"], numbers(document["frequency_hz"])
     options, sizes = [], []
-    for hammer, sensor, computed in _functions(document):
-        measured = _measured(document, hammer, sensor)
-        curves = [_curve(hertz, computed, what, "computed", _COMPUTED)]
-        curves += [_curve(x, y, what, "measured", _MEASURED) for x, y in measured]
-        sizes += [np.abs(y) for y in (computed, *(y for _, y in measured))]
-        options.append(charts.Option(label=f"{hammer} to {sensor}", marks=curves))
+    for function in functions:
+        curves = [_curve(hertz, function.computed, what, "computed", _COMPUTED)]
+        curves += [_curve(x, y, what, "measured", _MEASURED) for x, y in function.measured]
+        sizes += [np.abs(y) for y in (function.computed, *(y for _, y in function.measured))]
+        options.append(charts.Option(label=function.label, marks=curves))
     every = np.concatenate(sizes)
     every = every[every > 0.0]
     y = (
-        charts.size_axis(quantity, _UNITS[quantity], float(every.min()), float(every.max()))
+        charts.size_axis(quantity, _PRINTED[quantity], float(every.min()), float(every.max()))
         if what == "size" and every.size
         else charts.Axis(
             label="phase", unit="°", low=-185.0, high=185.0, step=90.0, digits=".1f"
@@ -54,28 +65,20 @@ def _function_chart(document: Mapping[str, Any], what: str) -> charts.Chart:
     )
 
 
-def _functions(document: Mapping[str, Any]) -> list[tuple[str, str, ComplexArray]]:
-    """Return hammer, sensor and values, those that were measured first."""
-    unit = next(key.removeprefix("real_") for key in document if key.startswith("real_"))
+def _functions(document: Mapping[str, Any]) -> list[_Function]:
+    """Return functions that a page offers, those that were measured first."""
+    unit = UNITS[document["quantity"]]
     values = numbers(document[f"real_{unit}"]) + 1j * numbers(document[f"imaginary_{unit}"])
+    measured: dict[tuple[str, str], list[tuple[FloatArray, ComplexArray]]] = {}
+    for f in (document.get("measured") or {}).get("functions") or ():
+        curve = numbers(f["frequency_hz"]), numbers(f["real"]) + 1j * numbers(f["imaginary"])
+        measured.setdefault((f["hammer"], f["sensor"]), []).append(curve)
     found = [
-        (hammer, sensor, values[h, s])
+        _Function(f"{hammer} to {sensor}", values[h, s], measured.get((hammer, sensor), []))
         for h, hammer in enumerate(document["hammer"])
         for s, sensor in enumerate(document["sensor"])
     ]
-    found.sort(key=lambda one: not _measured(document, one[0], one[1]))
-    return found[:_MOST]
-
-
-def _measured(
-    document: Mapping[str, Any], hammer: str, sensor: str
-) -> list[tuple[FloatArray, ComplexArray]]:
-    functions = (document.get("measured") or {}).get("functions") or ()
-    return [
-        (numbers(f["frequency_hz"]), numbers(f["real"]) + 1j * numbers(f["imaginary"]))
-        for f in functions
-        if (f["hammer"], f["sensor"]) == (hammer, sensor)
-    ]
+    return sorted(found, key=lambda function: not function.measured)[:_MOST]
 
 
 def _curve(
@@ -157,10 +160,15 @@ def mac_table(document: Mapping[str, Any]) -> Table | None:
     )
 
 
+def paired_modes(document: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """Return the measured modes that belong to a computed one."""
+    modes = (document.get("measured") or {}).get("modes") or []
+    return [mode for mode in modes if mode["computed"] is not None]
+
+
 def mode_chart(document: Mapping[str, Any]) -> charts.Chart | None:
     """Return the differences of paired frequencies; None without measured modes."""
-    modes = (document.get("measured") or {}).get("modes") or []
-    pairs = [m for m in modes if m["computed"] is not None]
+    pairs = paired_modes(document)
     if not pairs:
         return None
     x = np.array([m["frequency_hz"] for m in pairs])

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache, partial
+from itertools import chain, product
 from pathlib import Path
 from typing import NamedTuple
 
@@ -43,12 +45,13 @@ def read_measured(
     modes = tuple(MeasuredMode(frequency_hz=f) for f in sorted(spec.frequencies_hz or ()))
     notes: list[str] = []
     names = [p.name for p in hammers], [p.name for p in sensors]
+    universal = cache(partial(_universal, spec=spec, points=points))
     if spec.functions is not None:
         path = Path(spec.functions)
         if path.suffix.lower() in _CSV:
             functions = read_functions(path, *names)
         else:
-            file = _universal(path, spec, points)
+            file = universal(path)
             functions, said = _functions(path, file, spec, points)
             notes += [*file.notes, *said]
     if spec.modes is not None:
@@ -56,7 +59,7 @@ def read_measured(
         if path.suffix.lower() in _CSV:
             modes = read_modes(path, names[1])
         else:
-            modes = _modes(path, _universal(path, spec, points), spec, points)
+            modes = _modes(path, universal(path), spec, points)
     return Measured(functions=functions, modes=modes, notes=tuple(dict.fromkeys(notes)))
 
 
@@ -85,20 +88,18 @@ def _check_distances(path: Path, file: UniversalFile, spec: MeasuredSpec, points
     axis = next(k for name, k in _AXES.items() if name not in {d[-1] for d in spec.directions}) - 1
     known = {
         p.node: p.at_m
-        for group in points
-        for p in group
-        if p.at_m is not None and p.node in file.nodes_m
+        for p in chain(*points)
+        if p.at_m is not None and p.node is not None and p.node in file.nodes_m
     }
     if len(known) < 2:
         return
-    nodes = sorted(known, key=lambda node: known[node] or 0.0)
-    here = float(known[nodes[-1]] or 0.0) - float(known[nodes[0]] or 0.0)
-    places = [float(file.nodes_m[node or 0][axis]) for node in (nodes[0], nodes[-1])]
-    there = abs(places[1] - places[0])
+    first, *_, last = sorted(known, key=known.__getitem__)
+    here = known[last] - known[first]
+    there = abs(float(file.nodes_m[last][axis] - file.nodes_m[first][axis]))
     if abs(there - here) > _APART * here:
         raise MeasuredFileError(
             path,
-            f"nodes {nodes[0]} and {nodes[-1]} are {there:g} m apart along its "
+            f"nodes {first} and {last} are {there:g} m apart along its "
             f"{'xyz'[axis]} axis, {here:g} m in the scene; its units, directions or the nodes of "
             "the points are wrong",
         )
@@ -110,27 +111,21 @@ def _functions(
     found: dict[tuple[str, str], MeasuredFunction] = {}
     left = 0
     for function in file.functions:
-        ends = [
-            [(p.name, s) for p, s in _at(function_end, spec, group)]
-            for function_end, group in (
-                (function.reference, points.hammers),
-                (function.response, points.sensors),
-            )
-        ]
-        left += int(not all(ends))
-        for hammer, one in ends[0]:
-            for sensor, other in ends[1]:
-                if (hammer, sensor) in found:
-                    raise MeasuredFileError(
-                        path, f"two functions from {hammer!r} to {sensor!r}; allowed is one"
-                    )
-                found[hammer, sensor] = MeasuredFunction(
-                    hammer=hammer,
-                    sensor=sensor,
-                    quantity=function.quantity,
-                    frequency_hz=function.frequency_hz,
-                    values=one * other * function.values,
+        hammers = _at(function.reference, spec, points.hammers)
+        sensors = _at(function.response, spec, points.sensors)
+        left += int(not (hammers and sensors))
+        for (hammer, one), (sensor, other) in product(hammers, sensors):
+            if (hammer, sensor) in found:
+                raise MeasuredFileError(
+                    path, f"two functions from {hammer!r} to {sensor!r}; allowed is one"
                 )
+            found[hammer, sensor] = MeasuredFunction(
+                hammer=hammer,
+                sensor=sensor,
+                quantity=function.quantity,
+                frequency_hz=function.frequency_hz,
+                values=one * other * function.values,
+            )
     if not found:
         there = sorted({(*f.response, *f.reference) for f in file.functions})[:8]
         raise MeasuredFileError(
@@ -143,13 +138,13 @@ def _functions(
 
 def _at(
     end: Freedom, spec: MeasuredSpec, points: Sequence[MeasuringPointSpec]
-) -> list[tuple[MeasuringPointSpec, int]]:
-    """Return the points at an end of a function, and whether they look along it or against it."""
+) -> list[tuple[str, int]]:
+    """Return names of points at an end of a function, 1 along it and -1 against it."""
     found = []
     for point in points:
         own, sign = freedom(point, spec)
         if own == Freedom(end.node, abs(end.direction)):
-            found.append((point, sign * (1 if end.direction > 0 else -1)))
+            found.append((point.name, sign * (1 if end.direction > 0 else -1)))
     return found
 
 

@@ -10,6 +10,9 @@ from typing import NamedTuple
 from solidwhirl.core.errors import clean
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
 
+#: Units of functions by their quantity, as keys and columns end with them.
+UNITS = {"receptance": "m_per_n", "mobility": "m_per_s_n", "accelerance": "m_per_s2_n"}
+
 
 class MeasuredFileError(ValueError):
     """A file of measurements that can not be taken; the message names it and what is allowed."""
@@ -48,7 +51,7 @@ class MeasuredMode:
     damping_ratio: float | None = None
     #: Standard deviation; None where it is not told
     uncertainty_hz: float | None = None
-    #: Motion of the sensors by name, in any scale; empty of a frequency alone
+    #: Motion of the sensors by name, in any scale; None of a frequency alone
     shape: Mapping[str, complex] | None = None
 
 

@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from solidwhirl.analyses.measured.records import MeasuredFileError
+from solidwhirl.rotordyn.response.static import STANDARD_GRAVITY
 
 _FOOT_M, _INCH_M = 0.3048, 0.0254
-_POUND_N, _KILOGRAM_N, _POUNDAL_N = 4.4482216152605, 9.80665, 0.138254954376
+_POUND_N, _KILOGRAM_N, _POUNDAL_N = 4.4482216152605, STANDARD_GRAVITY, 0.138254954376
 #: Metres and newtons of a unit, by what a scene calls the set.
 SETS = {
     "m_n": (1.0, 1.0),
@@ -31,12 +32,10 @@ _CODES = {
 }
 # SI units of one of the labels of axes.
 _MOTIONS = {
-    **{f"m{end}": 1.0 for end in ("", "/s", "/s^2", "/s2", "/s**2", "/sec^2", "/sec")},
-    **{f"mm{end}": 1e-3 for end in ("", "/s", "/s^2", "/s2", "/s**2", "/sec^2", "/sec")},
-    **{f"in{end}": _INCH_M for end in ("", "/s", "/s^2", "/s2", "/s**2", "/sec^2", "/sec")},
-    "g": 9.80665,
-    "gn": 9.80665,
-}
+    f"{length}{per}": size
+    for length, size in (("m", 1.0), ("mm", 1e-3), ("in", _INCH_M))
+    for per in ("", "/s", "/s^2", "/s2", "/s**2", "/sec^2", "/sec")
+} | {"g": STANDARD_GRAVITY, "gn": STANDARD_GRAVITY}
 _FORCES = {"N": 1.0, "mN": 1e-3, "kN": 1e3, "lbf": _POUND_N, "lb": _POUND_N, "kgf": _KILOGRAM_N}
 # Relative difference of units that are one.
 _ONE = 1e-4

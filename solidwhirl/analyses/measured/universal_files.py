@@ -60,11 +60,9 @@ def read_universal(path: Path, asked: str | None) -> UniversalFile:
     blocks = _blocks(path)
     units = file_units(path, [b for _, b in blocks if b["type"] == 164], asked)
     notes = [] if units is None else [f"units by {units.said_by}"]
-    functions, left = [], 0
-    for where, block in blocks:
-        if block["type"] == 58 and block["func_type"] == _FRF:
-            functions.append(_function(path, where, block, units))
-        left += int(block["type"] == 58 and block["func_type"] != _FRF)
+    of_functions = [(where, b) for where, b in blocks if b["type"] == 58]
+    functions = [_function(path, w, b, units) for w, b in of_functions if b["func_type"] == _FRF]
+    left = len(of_functions) - len(functions)
     if left:
         notes.append(f"{left} functions that are no frequency response are left out")
     modes = [_mode(path, where, b) for where, b in blocks if b["type"] == 55]
