@@ -62,7 +62,7 @@ def face_thickness(subdivision: Subdivision) -> FloatArray:
     """Smaller dimension of every face [m]: twice its area over its perimeter, at most.
 
     For a long strip this is its thickness; for a square it is half the side, which the factor
-    in `size_fields` makes up for.
+    in `face_bounds` makes up for.
     """
     out = np.empty(len(subdivision.faces))
     for k, face in enumerate(subdivision.faces):
