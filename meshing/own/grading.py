@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from solidwhirl.geometry import Body, Face, Hole, Subdivision
+from solidwhirl.geometry.parts import faces_beside
 from solidwhirl.meshing.records import FloatArray, IntArray, MeshSize
 
 #: Fewest elements around any curved surface. An element with two faces on one is folded unless its
@@ -41,11 +42,7 @@ def sliced_thickness(subdivision: Subdivision, part: float) -> FloatArray:
     (what two cross-sections near each other cut out of a shaft, or the step of a shoulder): there
     it is at least a part of the neighbour's.
     """
-    own = face_thickness(subdivision)
-    sides: dict[int, list[int]] = {}
-    for k, face in enumerate(subdivision.faces):
-        for c, _ in face.loop:
-            sides.setdefault(c, []).append(k)
+    own, sides = face_thickness(subdivision), faces_beside(subdivision)
     out = own.copy()
     # from the thickest on, so that a pile of slices follows what it lies on
     for k in np.argsort(-own):
@@ -62,7 +59,7 @@ def face_thickness(subdivision: Subdivision) -> FloatArray:
     """Smaller dimension of every face [m]: twice its area over its perimeter, at most.
 
     For a long strip this is its thickness; for a square it is half the side, which the factor
-    in `size_fields` makes up for.
+    in `face_bounds` makes up for.
     """
     out = np.empty(len(subdivision.faces))
     for k, face in enumerate(subdivision.faces):

@@ -37,20 +37,19 @@ def mesh_joined(body: Body, size: MeshSize) -> Mesh:
     bodies = part_bodies(body, layout)
     pieces = len(layout.drum)
     meridians = [mesh_meridian(part, size) for part in bodies[:pieces]]
-    count = max(sectors_of(meridian) for meridian in meridians)
-    meshes = [revolved(meridian, count) for meridian in meridians]
+    sectors = max(sectors_of(meridian) for meridian in meridians)
+    meshes = [revolved(meridian, sectors) for meridian in meridians]
     meshes += [mesh_sector(part, size) for part in bodies[pieces:]]
     if not all(mesh.sector is not None and mesh.sector.mirrored for mesh in meshes):
         meshes = [unfolded(m) if m.sector is not None and m.sector.mirrored else m for m in meshes]
     shifts: list[int | None] = [*[0] * pieces, *[None] * len(layout.stages)]
+    drum, stages = meshes[:pieces], meshes[pieces:]
     for count in sorted(set(layout.counts)):
         # joints of the stages that have fields of this order: no other drum is reached by it
-        names = set[str]().union(
-            *(_joints(mesh) for mesh, n in zip(meshes[pieces:], layout.counts, strict=False)
-              if count % n == 0)
-        )  # fmt: skip
-        own = [(mesh, names & set(_joints(mesh))) for mesh in meshes[:pieces]]
-        copies = [_near(mesh, reached, count) for mesh, reached in own if reached]
+        having = [s for s, n in zip(stages, layout.counts, strict=True) if count % n == 0]
+        reached = {name for stage in having for name in _joints(stage)}
+        own = [(piece, reached & set(_joints(piece))) for piece in drum]
+        copies = [_near(piece, names, count) for piece, names in own if names]
         for shift in (count, -count):
             meshes += copies
             shifts += [shift] * len(copies)

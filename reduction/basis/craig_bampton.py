@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from solidwhirl.reduction.basis import fixed_interface_modes as fixed_modes
-from solidwhirl.reduction.basis.merging import merged, reference_eigenvalue
+from solidwhirl.reduction.basis.merging import merged, reference_eigenvalue, rounding_of_energies
 from solidwhirl.reduction.basis.overspeed import (
     MAXIMUM_HOOP_STRAIN,
     centrifugal_load,
@@ -32,6 +32,8 @@ __all__ = ["MAXIMUM_HOOP_STRAIN", "Basis", "orthogonality_error", "reduction_bas
 
 # Relative change of a modal stiffness by Ω² (Kσ - S) from which the top speed gets modes too.
 _PRESTRESS_MATTERS = 1e-4
+# Stiffness of free rigid motions by the shift, in roundings of their energy.
+_ABOVE_ROUNDING = 1e4
 # Least part of constraint modes that rounding leaves of combinations of them.
 _DEPENDENT = 1e-14
 
@@ -84,7 +86,7 @@ def reduction_basis(
     refuse_overspeed(operators, maximum_speed_rad_s)
     rows, all_rows = operators.coupling.rows, operators.coupling.held
     free = unrestrained(operators.mass, operators.coupling)
-    shift = -reference_eigenvalue(operators) if free.shape[1] else 0.0
+    shift = _shift(operators, free)
     kept = (orders or None) if operators.harmonic is None else None
     problem = fixed_modes.HeldProblem(
         operators=operators, rows=all_rows, free=free, shift=shift, modes=modes, orders=kept
@@ -124,6 +126,17 @@ def reduction_basis(
         solved=tuple(solved),
         found_eigenvalues=fixed.known,
     )
+
+
+def _shift(operators: BodyOperators, free: Matrix) -> float:
+    """Shift that holds rigid motions that are free, far below the modes of slender bodies as well.
+
+    Constraint modes are those at the shift, not at rest.
+    """
+    if not free.shape[1]:
+        return 0.0
+    rounding = float(rounding_of_energies(operators, free).max())
+    return -min(reference_eigenvalue(operators), _ABOVE_ROUNDING * rounding)
 
 
 def _modes_at(

@@ -6,7 +6,15 @@ import numpy as np
 import scipy.linalg
 
 from solidwhirl.reduction.operators.matrices import BodyOperators
-from solidwhirl.reduction.solvers.vectors import apply, diagonal, inner, project, squares, symmetric
+from solidwhirl.reduction.solvers.vectors import (
+    apply,
+    diagonal,
+    inner,
+    project,
+    squares,
+    symmetric,
+    uncancelled,
+)
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, Matrix
 
 # New directions shorter than this are the same vector twice: what is dropped changes the elastic
@@ -18,6 +26,8 @@ _SAME_VECTOR, _SAME_EXACT = 3e-4, 1e-6
 _WEIGHTLESS = 1e-12
 # Inertia in the energy of the merge, for rigid motions that are free, over a reference eigenvalue.
 _INERTIA = 1e3
+# Roundings of its energy beyond which a vector has some.
+_BENT = 10.0
 # A Rayleigh quotient whose root is this near to n counts as order n; a mesh mixes orders a little.
 # A mesh that is the same after a quarter turn mixes order 0 with order 4, whose J² is 16, and no
 # other order lies between 0 and 1.
@@ -40,6 +50,11 @@ def reference_eigenvalue(operators: BodyOperators) -> float:
     rates = diagonal(operators.mass, real) / diagonal(operators.stiffness, real)
     comm = operators.comm
     return float(1e-9 * comm.allreduce(len(rates)) / comm.allreduce(float(rates.sum())))
+
+
+def rounding_of_energies(operators: BodyOperators, block: Matrix) -> FloatArray:
+    """One rounding of the elastic energy of every column, of which that of all elements is made."""
+    return np.finfo(float).eps * uncancelled(operators.stiffness, block, operators.comm)
 
 
 def merged(
@@ -110,14 +125,15 @@ def _small_eigenvalue(operators: BodyOperators, blocks: list[Matrix]) -> float:
     """A squared frequency for the inertia in the energy, no larger than the lowest of the vectors.
 
     With finer elements the reference rises, and of slender bodies it passes the lowest modes: what
-    bends them would then be light beside their motion, and dropped.
+    bends them would then be light beside their motion, and dropped. Vectors without energy of their
+    own do not count.
     """
     comm = operators.comm
     low = _INERTIA * reference_eigenvalue(operators)
     for block in (b for b in blocks if b.shape[1]):
         forces = [apply(m, block) for m in (operators.stiffness, operators.mass)]
         k, m = (squares(block, f, comm) for f in forces)
-        bent = k > reference_eigenvalue(operators) * m
+        bent = k > _BENT * rounding_of_energies(operators, block)
         low = min(low, float((k[bent] / m[bent]).min(initial=low)))
     return low
 

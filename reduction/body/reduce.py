@@ -129,7 +129,7 @@ def _solved(
         full_dofs=operators.full_dofs,
         rigid_mass=operators.rigid_mass,
         hoop_strain=operators.hoop_strain,
-        joints=operators.joint_states,
+        joints=operators.ingredients.joints.states,
         orthogonality_error=error,
         assembled=operators.assembled,
         solved=(*basis.solved, *did),

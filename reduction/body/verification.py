@@ -12,11 +12,11 @@ from solidwhirl.geometry import Body, mass_properties
 from solidwhirl.meshing.imported.records import AnyBody, MeshedBody
 from solidwhirl.reduction.basis.craig_bampton import Basis
 from solidwhirl.reduction.basis.fixed_interface_modes import shifted_factor
-from solidwhirl.reduction.basis.merging import reference_eigenvalue
+from solidwhirl.reduction.basis.merging import reference_eigenvalue, rounding_of_energies
 from solidwhirl.reduction.errors import ReductionError
 from solidwhirl.reduction.operators.matrices import BodyOperators
 from solidwhirl.reduction.solvers.constrained import ConstrainedFactor, bordered
-from solidwhirl.reduction.solvers.vectors import apply, diagonal, energies, inner, squares
+from solidwhirl.reduction.solvers.vectors import apply, energies, inner, squares
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.superelement.invariants import Invariant, compared, undecided
 from solidwhirl.rotordyn.superelement.rigid_body import MassProperties
@@ -145,8 +145,7 @@ def reciprocity_error(operators: BodyOperators, basis: Basis) -> tuple[float, fl
     root = np.sqrt(np.maximum(np.diag(work).real, 0.0) + _lowest(operators, basis) * inertia)
     errors = [reaction - reaction.conj().T, reaction - work]
     largest = max(float(np.abs(error / np.outer(root, root)).max()) for error in errors)
-    stiffest = diagonal(operators.stiffness, modes)[:, None] * modes
-    rounded = np.finfo(float).eps * squares(modes, stiffest, comm) / root**2
+    rounded = rounding_of_energies(operators, modes) / root**2
     return largest, float(rounded.max())
 
 

@@ -22,7 +22,14 @@ from solidwhirl.reduction.operators.coupling import Coupling
 from solidwhirl.reduction.operators.dofs import Unknowns
 from solidwhirl.reduction.operators.solver_choice import expected_factor
 from solidwhirl.reduction.solvers.constrained import ConstrainedFactor, factorise
-from solidwhirl.reduction.solvers.vectors import apply, diagonal, inner, project, squares, symmetric
+from solidwhirl.reduction.solvers.vectors import (
+    apply,
+    inner,
+    project,
+    squares,
+    symmetric,
+    uncancelled,
+)
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray, Matrix
 
 # Layers of elements about the rigid surfaces that are solved for again: so many at least, and more
@@ -79,9 +86,7 @@ class HeldBody:
         They answer loads in equilibrium: F Fᵀ f.
         """
         comm = self.stiffness.comm.tompi4py()
-        # energy without the cancellation of rigid motions
-        own = diagonal(self.stiffness, self.constraint)[:, None] * self.constraint
-        length = np.sqrt(squares(self.constraint, own, comm))
+        length = np.sqrt(uncancelled(self.stiffness, self.constraint, comm))
         work = symmetric(project(self.stiffness, self.constraint / length, comm))
         s, q = np.linalg.eigh(work)
         strained = slice(self.rigid_count, None)

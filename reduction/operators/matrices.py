@@ -2,27 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any
 
 import numpy as np
 import ufl
 
-from solidwhirl.core.joint_states import JointState
 from solidwhirl.geometry import Body
-from solidwhirl.meshing import Mesh
+from solidwhirl.meshing import Mesh, Sector
 from solidwhirl.meshing.imported.records import AnyBody
-from solidwhirl.reduction.errors import ReductionError
 from solidwhirl.reduction.operators import compat, forms, kinematics, solid_matrices
 from solidwhirl.reduction.operators.coupling import Coupling, couple
 from solidwhirl.reduction.operators.cyclic import CyclicIndex
 from solidwhirl.reduction.operators.dofs import Unknowns, motion_vectors
 from solidwhirl.reduction.operators.held import HeldBody, held_body
 from solidwhirl.reduction.operators.joined import JoinedParts, distributed
-from solidwhirl.reduction.operators.joints.layers import JointSprings, Layer, layer_in, with_layer
-from solidwhirl.reduction.operators.joints.press_fits import Fit, Settled, added_matrices, settle
+from solidwhirl.reduction.operators.joints.layers import with_layer
+from solidwhirl.reduction.operators.joints.press_fits import Settled, added_matrices, settle
 from solidwhirl.reduction.operators.kinematics import Kinematics
 from solidwhirl.reduction.operators.prestress import centrifugal_displacement
 from solidwhirl.reduction.solvers.memory import return_free_memory
@@ -48,9 +45,8 @@ class OperatorEffects:
     neighbours: bool = False
     #: How systems of a solid are solved, see `solidwhirl.reduction.operators.solver_choice`
     solver: str = "auto"
-    maximum_speed_rad_s: float = (
-        0.0  #: Largest speed, to which pressed faces of joints are looked at
-    )
+    #: Largest speed, to which pressed faces of joints are looked at
+    maximum_speed_rad_s: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -63,8 +59,7 @@ class Ingredients:
     centrifugal_field: Any  #: Displacement at unit speed (Function), None without it
     effects: OperatorEffects
     component_mass: Any  #: M of one component of u on all nodes, PETSc
-    springs: tuple[JointSprings, ...] = ()  #: Of the body's joints
-    fit: Fit | None = None  #: State of pressed faces at rest
+    joints: Settled  #: Of the body, at rest
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -110,7 +105,6 @@ class BodyOperators:
     space: Any
     ingredients: Ingredients
     assembled: tuple[str, ...]
-    joint_states: tuple[JointState, ...] = ()  #: Of pressed faces, see `press_fits`
 
     @property
     def comm(self) -> Any:
@@ -148,29 +142,19 @@ def build_operators(
     about = (mesh.dimension, mesh.sector, mesh.materials) if mesh is not None else None
     dimension, sector, materials = comm.bcast(about, root=0)
     domain, material_tags, facet_tags, joined = distributed(mesh, dimension, len(materials), comm)
-    assemble: Callable[..., _Assembly]
-    if dimension == 2:
-        kin, assemble = kinematics.harmonic(domain, order or 0), _assemble_meridian
-    elif order is None:
-        kin, assemble = kinematics.solid(domain), _assemble_solid
-    else:
-        cyclic = CyclicIndex(sector=sector, index=order)
-        if joined is not None and effects.neighbours and order == 1:
-            joined = joined.every_order()
-        kin, assemble = kinematics.sector(domain, cyclic, joined), _assemble_sector
+    if joined is not None and effects.neighbours and order == 1:
+        joined = joined.every_order()
+    kin = _kinematics(domain, order, sector, joined)
     matter = forms.medium(domain, material_tags, materials)
     space = compat.vector_space(domain, degree, 3)
     coupling = couple(space, kin, facet_tags, body.interfaces, effects.components, effects.shape)
-    settled = Settled(springs=(), states=())
-    if isinstance(body, Body) and body.joints:
-        if dimension == 3:
-            raise ReductionError(f"{body.joints[0].where}: joints at level solid are not built")
-        around = kinematics.harmonic(domain, 0)
-        settled = settle(space, around, matter, facet_tags, body.joints, materials,
-                         effects.maximum_speed_rad_s)  # fmt: skip
-        layer = layer_in(space, facet_tags, settled.springs)
-        assemble = partial(_assemble_meridian, layer=layer, fit=settled.fit)
-    assembly = assemble(space, kin, matter, degree, effects, coupling)
+    given = body.joints if isinstance(body, Body) else ()
+    joints = settle(space, matter, facet_tags, given, materials, effects.maximum_speed_rad_s)
+    if dimension == 2:
+        assembly = _assemble_meridian(space, kin, matter, degree, effects, coupling, joints)
+    else:
+        assemble = _assemble_solid if order is None else _assemble_sector
+        assembly = assemble(space, kin, matter, degree, effects, coupling)
     return BodyOperators(
         level="solid" if dimension == 3 else "harmonic",
         harmonic=order,
@@ -192,12 +176,22 @@ def build_operators(
             centrifugal_field=assembly.centrifugal_field,
             effects=effects,
             component_mass=assembly.component_mass,
-            springs=settled.springs,
-            fit=settled.fit,
+            joints=joints,
         ),
-        joint_states=settled.states,
         assembled=assembly.ledger,
     )
+
+
+def _kinematics(
+    domain: Any, order: int | None, sector: Sector | None, joined: JoinedParts | None
+) -> Kinematics:
+    """Kinematics of a meridian, of the whole solid, or of one cyclic index of a sector."""
+    if domain.topology.dim == 2:
+        return kinematics.harmonic(domain, order or 0)
+    if order is None:
+        return kinematics.solid(domain)
+    assert sector is not None
+    return kinematics.sector(domain, CyclicIndex(sector=sector, index=order), joined)
 
 
 # In the order in which they are freed.
@@ -231,12 +225,10 @@ def _assemble_meridian(
     degree: int,
     effects: OperatorEffects,
     coupling: Coupling,
-    *,
-    layer: Layer | None = None,
-    fit: Fit | None = None,
+    joints: Settled,
 ) -> _Assembly:
     """Assemble one circumferential order: what the effects ask for, nothing else."""
-    field, hoop, prestress = None, 0.0, None
+    field, hoop, prestress, layer = None, 0.0, None, joints.layer
     dx = forms.measure(space.mesh, kin, degree)
     if effects.centrifugal:
         around = kin if kin.harmonic == 0 else kinematics.harmonic(space.mesh, 0)
@@ -247,7 +239,7 @@ def _assemble_meridian(
         static.destroy()
         prestress = forms.stress(around, matter, field)
         layer = layer and layer.loaded(compat.owned_values(field))
-    added = added_matrices(space, kin, matter, layer, fit)
+    added = added_matrices(space, kin, matter, layer, joints.fit)
     matrices = meridian_matrices(space, kin, matter, effects, prestress, coupling.unknowns, added)
     return _Assembly(
         matrices=matrices,
@@ -323,8 +315,8 @@ def meridian_matrices(
 ) -> dict[str, Any]:
     """Return the matrices of one circumferential order by name.
 
-    `prestress`: stress at unit speed (UFL), None without it. `added`: to them
-    by joints, matrices of all of u, which are used up.
+    `prestress`: stress at unit speed (UFL), None without it. `added`: what joints add to them, by
+    name, matrices of all of u, which are used up.
     """
     u, v, dx = _arguments(space, kin, compat.polynomial_degree(space))
     wanted = {

@@ -29,7 +29,7 @@ from solidwhirl.reduction.basis.free_motion import straining_part
 from solidwhirl.reduction.basis.reduced_block import ReducedBlock, planes
 from solidwhirl.reduction.operators import compat, forms, kinematics
 from solidwhirl.reduction.operators.coupling import Coupling, couple
-from solidwhirl.reduction.operators.joints.layers import layer_in, with_layer
+from solidwhirl.reduction.operators.joints.layers import layer_in, layer_on, with_layer
 from solidwhirl.reduction.operators.joints.press_fits import added_matrices
 from solidwhirl.reduction.operators.kinematics import Kinematics
 from solidwhirl.reduction.operators.matrices import (
@@ -224,11 +224,8 @@ def lift_energy(
     grow with the fourth power of the speed. None where the same is closed at both.
     """
     given = operators.ingredients
-    layers = [
-        layer_in(operators.space, given.facet_tags, springs)
-        for springs in (given.springs, [own.at_top for own in given.springs])
-    ]
-    lost = layers[0] and layers[1] and layers[0].without(layers[1])
+    at_rest, springs = given.joints.layer, [own.at_top for own in given.joints.springs]
+    lost = at_rest and at_rest.without(layer_on(at_rest.points, springs))
     if lost is None:
         return None
     change = operators.coupling.unknowns.folded(lost.stiffness(given.kinematics))
@@ -361,7 +358,7 @@ def _weighted_stiffness(operators: BodyOperators, finer: BodyOperators, singular
     dx = forms.measure(domain, kin, degree + 1)
     form = forms.stiffness_form(kin, given.matter, u, v, dx)
     if given.kinematics.dimension == 2:
-        layer = layer_in(finer.space, given.facet_tags, given.springs)
+        layer = layer_in(finer.space, given.facet_tags, given.joints.springs)
         springs = layer and layer.stiffness(given.kinematics, _SMOOTH_SAFETY)
         return finer.coupling.unknowns.folded(with_layer(assembled(form), springs))
     return SectorStiffness(unknowns=finer.coupling.unknowns, matrix=assembled(form))
@@ -400,11 +397,11 @@ def _finer_operators(
         around = kin if whole else kinematics.harmonic(space.mesh, 0)
         prestress = forms.stress(around, matter, given.centrifugal_field)
     if kin.dimension == 2:
-        layer = layer_in(space, given.facet_tags, given.springs)
+        layer = layer_in(space, given.facet_tags, given.joints.springs)
         if layer is not None and prestress is not None:
             steady = compat.owned_values(given.centrifugal_field)[:, None]
             layer = layer.loaded(_interpolated(operators.space, space, steady)[:, 0])
-        added = added_matrices(space, kin, matter, layer, given.fit)
+        added = added_matrices(space, kin, matter, layer, given.joints.fit)
         matrices = meridian_matrices(
             space, kin, matter, given.effects, prestress, coupling.unknowns, added
         )

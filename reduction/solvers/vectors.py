@@ -159,6 +159,11 @@ def diagonal(matrix: Any, like: Matrix) -> FloatArray:
     return np.asarray(values)
 
 
+def uncancelled(matrix: Any, block: Matrix, comm: Any) -> FloatArray:
+    """Real diagonal of blockᴴ diag(A) block: energies without what cancels in rigid motions."""
+    return squares(block, diagonal(matrix, block)[:, None] * block, comm)
+
+
 def symmetric(square: Matrix) -> Matrix:
     """Hermitian (symmetric) part (removes round-off)."""
     return np.asarray(0.5 * (square + square.conj().T))

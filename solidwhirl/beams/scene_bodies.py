@@ -60,18 +60,15 @@ def with_finer(
 def beam_bodies(
     scene: Scene, plan: Plan, bodies: Mapping[str, Body], *, estimated: bool
 ) -> BeamBodies:
-    """Make the beam models of all bodies.
+    """Make the beam models of all bodies, of one or more.
 
     `estimated`: whether variants and finer models are wanted as well. Raises BeamLevelError: a body
     is none of beams and plates.
     """
+    models = beam_models(scene, plan, bodies)
     if estimated:
-        return with_finer(scene, plan, bodies, [*beam_models(scene, plan, bodies)])
-    elements = {
-        name: _with_effects(beam_element_of(body, **_asked(scene, plan, name)), plan)
-        for name, body in bodies.items()
-    }
-    return BeamBodies(elements=elements, variants=(), finer={})
+        return with_finer(scene, plan, bodies, [*models])
+    return BeamBodies(elements=next(models), variants=(), finer={})
 
 
 class _Asked(TypedDict):

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
-from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
+from pydantic import Field
 
 from solidwhirl.core.fields import Finite, Name, NotNegative, Positive, Record
 
@@ -21,7 +21,3 @@ class JointSpec(Record):
     expansion_per_k: NotNegative = 0.0
     friction: Annotated[float, Field(ge=0, le=2, strict=True)] = 0.12
     yield_pa: Positive | None = None
-
-    @model_serializer(mode="wrap")
-    def _lean(self, content: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        return {key: value for key, value in content(self).items() if value is not None}

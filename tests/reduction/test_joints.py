@@ -61,7 +61,7 @@ def operators(body: Body, order: int, *, size: float = 0.01, degree: int = 3, to
 
 
 def state_of(body: Body, **asked: float):
-    return operators(body, 0, **asked).joint_states[0]
+    return operators(body, 0, **asked).ingredients.joints.states[0]
 
 
 def sparse(matrix) -> sp.csr_matrix:
@@ -185,7 +185,7 @@ def test_what_lifts_softens_as_estimated() -> None:
     k, m = (project(a, basis.vectors, found.comm) for a in (found.stiffness, found.mass))
     values, vectors = scipy.linalg.eigh(k, m)
     estimate = -0.5 * np.diag(vectors.T @ energy @ vectors)[2:4] / values[2:4]
-    before, springs = elastic_hz(found), found.ingredients.springs
+    before, springs = elastic_hz(found), found.ingredients.joints.springs
     tags = found.ingredients.facet_tags
     at_rest, at_top = (
         layer_in(found.space, tags, s) for s in (springs, [own.at_top for own in springs])

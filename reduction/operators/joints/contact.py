@@ -153,7 +153,7 @@ def _pressing(
 ) -> tuple[FloatArray, FloatArray]:
     """Overlap (q,) of a joint's faces and the pressure (q,) that clamps them from outside.
 
-    Of a mean pressure on a cylinder the overlap is left to `_overlapped`.
+    Of a mean pressure on a cylinder the overlap is left to `overlapped`.
     """
     r = points.places_m[there, 1]
     if points.is_cylinder[there].all():

@@ -224,9 +224,12 @@ def layer_in(
     space: Any, facet_tags: Mapping[str, Any], springs: Sequence[JointSprings]
 ) -> Layer | None:
     """Layer of a body's joints in a space on one process; None without joints."""
-    points = layer_points(space, facet_tags, len(springs))
-    if points is None:
-        return None
+    points = _points_in(space, facet_tags, len(springs))
+    return None if points is None else layer_on(points, springs)
+
+
+def layer_on(points: LayerPoints, springs: Sequence[JointSprings]) -> Layer:
+    """Layer of a body's joints on points of quadrature."""
     moving, static = (np.zeros((len(points.joint), 2)) for _ in range(2))
     for k, own in enumerate(springs):
         there = points.joint == k
@@ -235,11 +238,8 @@ def layer_in(
     return Layer(points=points, springs_n_per_m3=moving, static_n_per_m3=static)
 
 
-def layer_points(space: Any, facet_tags: Mapping[str, Any], joints: int) -> LayerPoints | None:
-    """Points on the faces of a body's joints in a space on one process; None without joints.
-
-    `joints`: how many the body has.
-    """
+def _points_in(space: Any, facet_tags: Mapping[str, Any], joints: int) -> LayerPoints | None:
+    """Points on the faces of so many joints in a space; None without joints."""
     parts = [p for k in range(joints) if (p := _of_joint(space, facet_tags, k)) is not None]
     if not parts:
         return None

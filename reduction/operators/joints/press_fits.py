@@ -12,18 +12,21 @@ from dolfinx import fem
 
 from solidwhirl.core.joint_states import JointState
 from solidwhirl.geometry import Joint, Material
+from solidwhirl.reduction.errors import ReductionError
 from solidwhirl.reduction.operators import compat, forms, kinematics
 from solidwhirl.reduction.operators.joints.contact import Contact, contact_of, overlapped
 from solidwhirl.reduction.operators.joints.layers import (
     JointSprings,
     Layer,
     layer_in,
+    layer_on,
     with_layer,
 )
 from solidwhirl.reduction.operators.joints.states import (
     FaceStress,
+    over_speeds,
     refuse_unsound,
-    state_over_speed,
+    states_of,
 )
 from solidwhirl.reduction.operators.kinematics import Kinematics
 from solidwhirl.rotordyn.core.arrays import FloatArray
@@ -77,14 +80,14 @@ def added_matrices(
 class Settled:
     """Joints of a body at rest: what is closed, and how they are over the speed."""
 
-    springs: tuple[JointSprings, ...]
-    states: tuple[JointState, ...]  #: Of the joints whose faces are pressed
+    springs: tuple[JointSprings, ...] = ()
+    layer: Layer | None = None  #: Of these springs; None without joints
+    states: tuple[JointState, ...] = ()  #: Of the joints whose faces are pressed
     fit: Fit | None = None  #: What the pressed faces load the body with at rest
 
 
 def settle(
     space: Any,
-    kin: Kinematics,
     matter: forms.Medium,
     facet_tags: Mapping[str, Any],
     joints: Sequence[Joint],
@@ -93,31 +96,40 @@ def settle(
 ) -> Settled:
     """Find what is closed of the faces of a body's joints.
 
-    `kin`: of order 0. `maximum_speed_rad_s`: the largest speed that is asked for. Raises
-    ReductionError: pressed faces that are neither cylinders nor planes, are loose at rest or at a
-    speed in the range, or press a section beyond its yield strength.
+    `maximum_speed_rad_s`: the largest speed that is asked for. Raises ReductionError: joints of a
+    solid; pressed faces that are neither cylinders nor planes, are loose at rest or at a speed in
+    the range, or press a section beyond its yield strength.
     """
+    if not joints:
+        return Settled()
+    if space.mesh.topology.dim == 3:
+        raise ReductionError(f"{joints[0].where}: joints at level solid are not built")
     size = float(np.abs(space.tabulate_dof_coordinates()[:, 1]).max())
     unit = max(m.youngs_modulus_pa for m in materials) / size
     springs = [_springs(joint, unit) for joint in joints]
     pressed = [k for k, joint in enumerate(joints) if joint.is_pressed]
-    if not pressed:
-        return Settled(springs=tuple(springs), states=())
     layer = layer_in(space, facet_tags, springs)
     assert layer is not None
-    layer = _opened(layer, joints, unit)
-    contact = overlapped(contact_of(space, kin, matter, layer, joints, springs))
-    at_rest, at_top = (contact.pressure(speed**2) for speed in (0.0, maximum_speed_rad_s))
+    if not pressed:
+        return Settled(springs=tuple(springs), layer=layer)
+    around, opened = kinematics.harmonic(space.mesh, 0), _opened(layer, joints, unit)
+    contact = overlapped(contact_of(space, around, matter, opened, joints, springs))
+    over = over_speeds(contact, maximum_speed_rad_s)
+    at_rest, at_top = over.pressure_pa[[0, -1]]
     for k in pressed:
         own = contact.own(k)
         closed = (contact.points.places_m[own], at_rest[own] > 0.0)
         springs[k] = replace(springs[k], closed=closed, closed_at_top=at_top[own] > 0.0)
-    fit = _fit(space, layer, contact, at_rest)
-    stress = FaceStress(space, kin, matter, facet_tags)
-    states = tuple(state_over_speed(contact, k, stress, maximum_speed_rad_s) for k in pressed)
+    stress = FaceStress(space, around, matter, facet_tags)
+    states = states_of(contact, pressed, stress, over)
     for k, state in zip(pressed, states, strict=True):
         refuse_unsound(joints[k], state)
-    return Settled(springs=tuple(springs), states=states, fit=fit)
+    return Settled(
+        springs=tuple(springs),
+        layer=layer_on(layer.points, springs),
+        states=states,
+        fit=_fit(space, opened, contact, at_rest),
+    )
 
 
 def _fit(space: Any, layer: Layer, contact: Contact, at_rest: FloatArray) -> Fit:

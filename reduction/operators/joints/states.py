@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import ufl
@@ -27,39 +27,63 @@ _FARTHEST, _CLOSE = 100.0, 1e-13
 _MIDDLES = np.array([[0.5, 0.5], [0.0, 0.5], [0.5, 0.0]])
 
 
-def state_over_speed(
-    contact: Contact, joint: int, stress: FaceStress, maximum_speed_rad_s: float
-) -> JointState:
-    """One joint over the speeds from rest to the largest."""
-    given, own = contact.joints[joint], contact.own(joint)
+class Pressures(NamedTuple):
+    """Pressure of all faces over the speeds from rest to the largest."""
+
+    speeds_rad_s: FloatArray  #: (s,)
+    pressure_pa: FloatArray  #: (s, q)
+
+
+def over_speeds(contact: Contact, maximum_speed_rad_s: float) -> Pressures:
+    """Return the pressures up to the largest speed."""
     speeds = np.linspace(0.0, maximum_speed_rad_s, _SPEEDS if maximum_speed_rad_s else 1)
-    every = [contact.pressure(speed**2) for speed in speeds]
-    pressure = np.array([p[own] for p in every])
-    moved = [contact.displacement(p, s**2) for p, s in zip(every, speeds, strict=True)]
+    return Pressures(speeds, np.array([contact.pressure(speed**2) for speed in speeds]))
+
+
+def states_of(
+    contact: Contact, pressed: Sequence[int], stress: FaceStress, over: Pressures
+) -> tuple[JointState, ...]:
+    """Return the states of pressed joints over the speeds."""
+    at_middles = [
+        stress.at_middles(contact.displacement(pressure, speed**2))
+        for speed, pressure in zip(*over, strict=True)
+    ]
+    return tuple(
+        _state(contact, k, over, np.array([stress.means(k, each) for each in at_middles]))
+        for k in pressed
+    )
+
+
+def _state(contact: Contact, joint: int, over: Pressures, stress_pa: FloatArray) -> JointState:
+    """State of one joint; `stress_pa`: (s, 2) in either section."""
+    given, own = contact.joints[joint], contact.own(joint)
+    pressure = over.pressure_pa[:, own]
     area = 2.0 * np.pi * contact.points.area_m2[own]
     places, plane = contact.points.places_m[own], bool(contact.clamp[own].any())
     overlap = float(np.average(contact.overlap[own], weights=area))
-    first, last = _lift_speeds(contact, joint)
+    first, last = _lift_speeds(contact, joint, over.pressure_pa[0])
     return JointState(
         between=given.between,
         interference_m=None if plane else overlap,
         friction=given.friction,
         area_m2=float(area.sum()),
         along_m=places[:, 1 if plane else 0],
-        speeds_rad_s=speeds,
+        speeds_rad_s=over.speeds_rad_s,
         pressure_pa=pressure,
         mean_pressure_pa=pressure @ area / area.sum(),
         lifted_part=(pressure <= 0.0) @ area / area.sum(),
         torque_n_m=given.friction * (pressure @ (area * places[:, 1])),
-        stress_pa=np.array([stress.means(joint, u) for u in moved]),
+        stress_pa=stress_pa,
         lifts_at_rad_s=first,
         loose_at_rad_s=last,
     )
 
 
-def _lift_speeds(contact: Contact, joint: int) -> tuple[float | None, float | None]:
+def _lift_speeds(
+    contact: Contact, joint: int, at_rest: FloatArray
+) -> tuple[float | None, float | None]:
     """Speeds at which the first place of a face lifts and at which the last one does."""
-    own, at_rest = contact.own(joint), contact.pressure(0.0)
+    own = contact.own(joint)
     if not at_rest[own].any():
         return 0.0, 0.0
     shut = at_rest > 0.0
@@ -106,11 +130,14 @@ class FaceStress:
             ufl.sqrt(1.5 * ufl.inner(ufl.dev(stress), ufl.dev(stress))), _MIDDLES
         )
 
-    def means(self, joint: int, displacement: FloatArray) -> FloatArray:
-        """(2,) mean over the face of a joint of the stress in either section [Pa]."""
+    def at_middles(self, displacement: FloatArray) -> FloatArray:
+        """(c, 3) stress at the middles of the edges of all cells [Pa]."""
         compat.owned_values(self._field)[:] = displacement
         self._field.x.scatter_forward()
-        at_middles = np.asarray(compat.evaluated(self._von_mises, self._domain))
+        return np.asarray(compat.evaluated(self._von_mises, self._domain))
+
+    def means(self, joint: int, at_middles: FloatArray) -> FloatArray:
+        """(2,) mean over the face of a joint of the stress in either section [Pa]."""
         return np.array([self._mean(joint, side, at_middles) for side in range(2)])
 
     def _mean(self, joint: int, side: int, at_middles: FloatArray) -> float:
