@@ -11,8 +11,8 @@ from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.campbell.matching import POOR_OVERLAP, Match, Tracked, match_modes
 from solidwhirl.rotordyn.campbell.places import meeting_in, place_to_look
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray, without
-from solidwhirl.rotordyn.modes.continued_spectrum import NearModes, known_spectrum
 from solidwhirl.rotordyn.modes.eigen import Modes, modes_at_speed
+from solidwhirl.rotordyn.perturbation.continued_spectrum import NearModes, known_spectrum
 
 # Smallest step for creeping motions alone, as a fraction of the step asked for.
 _CREEPING_STEP = 2.0**-8

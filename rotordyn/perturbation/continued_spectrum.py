@@ -17,8 +17,10 @@ from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, 
 from solidwhirl.rotordyn.core.ledger import solved
 from solidwhirl.rotordyn.modes.complex_form import ComplexForm, complex_form
 from solidwhirl.rotordyn.modes.eigen import Modes, normalised
-from solidwhirl.rotordyn.modes.left_vectors import dynamic_stiffness
-from solidwhirl.rotordyn.modes.near_subspace import (
+from solidwhirl.rotordyn.modes.split_spectrum import unturned_modes, whirl_in_the_round
+from solidwhirl.rotordyn.modes.whirl import separated_whirl
+from solidwhirl.rotordyn.perturbation.left_vectors import dynamic_stiffness
+from solidwhirl.rotordyn.perturbation.near_subspace import (
     Known,
     Problem,
     RealBasis,
@@ -27,8 +29,6 @@ from solidwhirl.rotordyn.modes.near_subspace import (
     followed,
     known_subspaces,
 )
-from solidwhirl.rotordyn.modes.split_spectrum import unturned_modes, whirl_in_the_round
-from solidwhirl.rotordyn.modes.whirl import separated_whirl
 
 # Modes beyond the needed ones among which the widest gap of frequency is looked for.
 _FEWEST_MORE, _MOST_MORE = 5, 12

@@ -11,7 +11,7 @@ from rotors import ground, one_rotor, polynomial_law, steel_shaft, with_axial_an
 from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.campbell import tracking
 from solidwhirl.rotordyn.core.ledger import SYSTEMS
-from solidwhirl.rotordyn.modes.continued_spectrum import NearModes, known_spectrum
+from solidwhirl.rotordyn.perturbation.continued_spectrum import NearModes, known_spectrum
 
 NEEDED = 6
 FILM = polynomial_law((1.0, 3e-4), (1.0, 1e-4), (1.0, -2e-4), (1.0, -1e-4), top=3000.0)
