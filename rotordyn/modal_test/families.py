@@ -59,8 +59,7 @@ def mode_families(system: AssembledSystem) -> ModeFamilies:
 
     Raises AnalysisError if bearings push, so that modes at rest grow.
     """
-    matrices = matrices_at_speed(system, 0.0)
-    scaled = scaled_stiffness(system, matrices)
+    scaled = scaled_stiffness(system, matrices_at_speed(system, 0.0))
     if scaled.negative_count:
         raise AnalysisError(
             "supports have negative stiffness at rest, so that the engine does not stay where it is"
