@@ -131,9 +131,10 @@ def modes_at_speed(
     if known is None or not known.has(count):
         asked = None if assembled.size <= _FEW else count
         known = _Known(_computed(*place, asked), asked)
-        # the system stays in memory with its modes
+        _known.keep(place, known, known.modes.shapes.nbytes)
+        # the system stays in memory with its modes: it counts once, and leaves after them
         of_system = _MATRICES * assembled.mass.nbytes + assembled.transformation.nbytes
-        _known.keep(place, known, known.modes.shapes.nbytes + of_system)
+        _known.keep(assembled, None, of_system)
     return known.lowest(count)
 
 
@@ -155,7 +156,8 @@ class _Known(NamedTuple):
         return mode_columns(self.modes, np.arange(kept))
 
 
-_known = Kept[_Known](_ROOM_BYTES)
+# by system and speed; None by system
+_known = Kept[_Known | None](_ROOM_BYTES)
 
 
 def _computed(assembled: AssembledSystem, speed_rad_s: float, count: int | None) -> Modes:
