@@ -75,4 +75,4 @@ def lateral_rows(system: AssembledSystem) -> FloatArray:
     found = [
         _known_points(system, body).modes @ body_rows(system, body) for body in system.system.rotors
     ]
-    return np.concatenate(found).reshape(-1, system.size)
+    return np.asarray(np.concatenate(found).reshape(-1, system.size))
