@@ -73,7 +73,7 @@ def campbell_errors(assembled: AssembledSystem, campbell: Campbell) -> CampbellE
 
 def _modes_at(assembled: AssembledSystem, campbell: Campbell) -> Callable[[float], Modes]:
     """Return what finds the modes at a speed, as far as some above the highest branch."""
-    top = np.nan_to_num(campbell.eigenvalues.imag).max(axis=0) * (1.0 + _SAME)
+    top = np.nan_to_num(campbell.eigenvalues.imag).max(axis=0, initial=0.0) * (1.0 + _SAME)
     highest = dict(zip(campbell.speeds_rad_s.tolist(), top.tolist(), strict=True))
 
     def needed(modes: Modes) -> int:
