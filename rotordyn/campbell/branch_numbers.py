@@ -83,7 +83,7 @@ def _at_speed(
     tracker = Tracker(assembled, assembled.size, lambda _: 0)
     values = diagram.eigenvalues[:, place]
     alive = np.flatnonzero(np.isfinite(values))
-    first = tracker.modes_at(begin)
+    first = tracker.modes.at(begin)
     columns = branch_columns(values[alive], first.eigenvalues, begin)
     if begin == speed_rad_s:
         return alive, mode_columns(first, columns)

@@ -109,7 +109,7 @@ def _both_ways(
     tracker: Tracker, ways: tuple[tuple[float, ...], tuple[float, ...]], toward: float
 ) -> list[Tracked]:
     """Follow branches from rest to both ends of the range."""
-    rest = tracker.aligned(0.0, toward) if toward else tracker.modes_at(0.0)
+    rest = tracker.aligned(0.0, toward) if toward else tracker.modes.at(0.0)
     starts = frozenset(range(tracker.needed(rest)))
     seeds: frozenset[tuple[float, int]] = frozenset()
     for _ in range(_ROUNDS):

@@ -78,8 +78,8 @@ def _turned(match: Match) -> tuple[IntArray, IntArray]:
 
 def _veering_of(match: Match, tracked: IntArray, meet: Meet) -> float:
     """Return where two branches exchange their order but may not pass through; nan if nowhere."""
-    paired = np.flatnonzero((match.partner >= 0) & (match.mac > POOR_OVERLAP))
-    mine = tracked[(match.partner[tracked] >= 0) & (match.mac[tracked] > POOR_OVERLAP)]
+    is_paired = (match.partner >= 0) & (match.mac > POOR_OVERLAP)
+    paired, mine = np.flatnonzero(is_paired), tracked[is_paired[tracked]]
     if not mine.size:
         return float("nan")
     after = match.second.eigenvalues.imag[match.partner]

@@ -11,8 +11,8 @@ from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.campbell.matching import POOR_OVERLAP, Match, Tracked, match_modes
 from solidwhirl.rotordyn.campbell.places import meeting_in, place_to_look
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray, without
-from solidwhirl.rotordyn.modes.continued_spectrum import NearModes, known_spectrum
-from solidwhirl.rotordyn.modes.eigen import Modes, modes_at_speed
+from solidwhirl.rotordyn.modes.eigen import Modes
+from solidwhirl.rotordyn.perturbation.lowest_modes import LowestModes
 
 # Smallest step for creeping motions alone, as a fraction of the step asked for.
 _CREEPING_STEP = 2.0**-8
@@ -21,8 +21,6 @@ _SMALLEST_STEP = 2.0**-20
 # Relative change of λ/Ω over half a step from rest, below which a motion is lifted by the spin from
 # rest on: no beginning is looked for.
 _LIFTED = 1e-6
-# Where one spectrum reaches no farther the next is taken so far ahead, as a part of that reach.
-_AHEAD = 0.75
 # Eigen-solutions spent on one step at most.
 _BUDGET = 150
 
@@ -41,7 +39,7 @@ class Chain(NamedTuple):
 
 
 class Tracker:
-    """Compute modes on demand and follow branches through them.
+    """Follow branches through modes that are computed on demand.
 
     `mode_count`: modes to compute at each speed; more than are tracked, as branches enter from
     above. `needed`: number of lowest modes of a speed that must be on branches.
@@ -51,65 +49,14 @@ class Tracker:
         self, assembled: AssembledSystem, mode_count: int, needed: Callable[[Modes], int]
     ) -> None:
         self.assembled = assembled
-        self.mode_count = mode_count
         self.needed = needed
-        self._known: dict[float, Modes] = {}
-        self._spectra: list[NearModes] = []
-        self._continued: set[float] = set()
-        self._asked: FloatArray = np.empty(0)
+        self.modes = LowestModes(assembled, mode_count, needed)
         self._matches: dict[tuple[Modes, float], Match] = {}
         self._meetings: dict[tuple[Modes, Modes, tuple[int, ...]], tuple[float, bool]] = {}
 
-    def modes_at(self, speed_rad_s: float) -> Modes:
-        """Return the modes at a speed, computed once: the lowest alone where that is enough."""
-        if speed_rad_s not in self._known:
-            found = self._from_known(speed_rad_s)
-            if found is None and (ahead := self._ahead_of(speed_rad_s)) is not None:
-                self.whole_at(ahead)
-                found = self._from_known(speed_rad_s)
-            if found is None:
-                return self.whole_at(speed_rad_s)
-            self._known[speed_rad_s] = found
-            self._continued.add(speed_rad_s)
-        return self._known[speed_rad_s]
-
-    def whole_at(self, speed_rad_s: float) -> Modes:
-        """Return all modes to compute at a speed, from which those at others are found."""
-        if speed_rad_s in self._continued or speed_rad_s not in self._known:
-            found = modes_at_speed(self.assembled, speed_rad_s, self.mode_count)
-            self._known[speed_rad_s] = found
-            self._continued.discard(speed_rad_s)
-            needed = self.needed(found)
-            spectrum = known_spectrum(self.assembled, found, needed) if needed else None
-            self._spectra += [] if spectrum is None else [NearModes(self.assembled, spectrum)]
-        return self._known[speed_rad_s]
-
-    def _nearest(self, speed_rad_s: float) -> NearModes | None:
-        return min(
-            self._spectra, key=lambda s: abs(s.known.speed_rad_s - speed_rad_s), default=None
-        )
-
-    def _ahead_of(self, speed_rad_s: float) -> float | None:
-        """Return a speed to come from whose spectrum modes may be found back to one and beyond."""
-        near = self._nearest(speed_rad_s)
-        if near is None:
-            return None
-        reach = speed_rad_s - near.known.speed_rad_s
-        between = (self._asked - speed_rad_s) / reach
-        ahead = self._asked[(between > 0) & (between <= _AHEAD)]
-        return float(ahead[-1]) if ahead.size else None
-
-    def _from_known(self, speed_rad_s: float) -> Modes | None:
-        """Return the lowest modes at a speed from the nearest whole spectrum, all that matter."""
-        near = self._nearest(speed_rad_s)
-        found = None if near is None else near.at(speed_rad_s)
-        # the last one shows that no needed one of equal frequency is cut off
-        enough = found is not None and self.needed(found) < found.eigenvalues.size
-        return found if enough else None
-
     def aligned(self, speed_rad_s: float, toward_rad_s: float) -> Modes:
         """Return the modes at a speed, equal ones turned as they part towards another speed."""
-        here, there = self.modes_at(speed_rad_s), self.modes_at(toward_rad_s)
+        here, there = self.modes.at(speed_rad_s), self.modes.at(toward_rad_s)
         return match_modes(self.assembled, there, here).second
 
     def follow(
@@ -125,7 +72,7 @@ class Tracker:
         `first` to follow; `seeds`: speeds and columns to follow from there on. The result is at the
         speeds given and at those added where modes change quickly, meet, begin or end.
         """
-        self._asked = speeds_rad_s
+        self.modes.coming_rad_s = speeds_rad_s
         columns = np.array(sorted(starts), dtype=int)
         at_speeds = [Tracked(modes=first, columns=columns, overlap=np.ones(columns.size))]
         matches: list[Match] = []
@@ -159,11 +106,11 @@ class Tracker:
             # near its beginning a lively motion creeps, too
             fraction = _SMALLEST_STEP if is_lively else fraction
             begin = here.modes.speed_rad_s
-            near = {begin, goal} & self._continued
-            if np.isfinite(middle) and near and _is_lost(here, match, wanted):
+            is_part = self.modes.is_part(begin) or self.modes.is_part(goal)
+            if np.isfinite(middle) and is_part and _is_lost(here, match, wanted):
                 # what begins or ends is judged by whole spectra
                 self._replace_last(at_speeds, matches)
-                self.whole_at(goal)
+                self.modes.whole_at(goal)
                 solved -= 1
                 continue
             room = min(abs(goal - begin), abs(middle - begin), abs(goal - middle)) > fraction * step
@@ -178,9 +125,9 @@ class Tracker:
         """Put all modes of the last speed in the place of its lowest ones."""
         here = at_speeds[-1]
         speed = here.modes.speed_rad_s
-        if speed not in self._continued:
+        if not self.modes.is_part(speed):
             return
-        match = match_modes(self.assembled, here.modes, self.whole_at(speed))
+        match = match_modes(self.assembled, here.modes, self.modes.whole_at(speed))
         columns, last = here.columns.copy(), matches[-1]
         columns[columns >= 0] = match.partner[columns[columns >= 0]]
         partner = np.where(last.partner >= 0, match.partner[last.partner], -1)
@@ -190,7 +137,7 @@ class Tracker:
 
     def _lifted(self, match: Match, beyond_rad_s: float) -> IntArray:
         """Return new modes near rest whose λ is in proportion to the speed as far as one beyond."""
-        here, there = match.second, self.modes_at(beyond_rad_s)
+        here, there = match.second, self.modes.at(beyond_rad_s)
         if match.first.speed_rad_s != 0.0 or not there.eigenvalues.size:
             return np.empty(0, dtype=int)
         new = without(np.arange(here.eigenvalues.size), match.partner[match.mac > POOR_OVERLAP])
@@ -201,7 +148,7 @@ class Tracker:
 
     def _match(self, first: Modes, speed_rad_s: float) -> Match:
         """Return the match with the modes of a speed, computed once: following is repeated."""
-        key, second = (first, speed_rad_s), self.modes_at(speed_rad_s)
+        key, second = (first, speed_rad_s), self.modes.at(speed_rad_s)
         known = self._matches.get(key)
         if known is None or known.second.eigenvalues.size != second.eigenvalues.size:
             self._matches[key] = match_modes(self.assembled, first, second)
@@ -211,7 +158,7 @@ class Tracker:
         """Return where two modes of a match meet, computed once."""
         key = (match.first, match.second, tuple(pair.tolist()))
         if key not in self._meetings:
-            self._meetings[key] = meeting_in(self.assembled, match, pair, self._from_known)
+            self._meetings[key] = meeting_in(self.assembled, match, pair, self.modes.at_hand)
         return self._meetings[key]
 
 

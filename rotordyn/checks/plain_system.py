@@ -152,9 +152,9 @@ class PlainSystem:
 
     @cached_property
     def _with_laws(self) -> list[tuple[Bearing, Bearing | None, _Part]]:
-        """Bearings that change with the speed, `law_terms` of each, and their relative motion."""
+        """Bearings that change with the speed, `_law_terms` of each, and their relative motion."""
         own = [bearing for bearing in self.system.bearings if bearing.speed_law is not None]
-        return [(b, law_terms(b), _Part.of(self.relative_motion(b))) for b in own]
+        return [(b, _law_terms(b), _Part.of(self.relative_motion(b))) for b in own]
 
     def gyroscopic(self) -> FloatArray:
         """Return G of all bodies per unit speed of the reference shaft, shape (n, n)."""
@@ -226,7 +226,7 @@ class PlainSystem:
         return stiffness, damping, mass
 
 
-def law_terms(bearing: Bearing) -> Bearing | None:
+def _law_terms(bearing: Bearing) -> Bearing | None:
     """Return a bearing with all terms of its polynomial law positive; None of another law.
 
     They may cancel, what their rounding is relative to does not.

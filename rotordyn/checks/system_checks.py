@@ -20,6 +20,7 @@ from solidwhirl.rotordyn.critical_speeds.search import CriticalSpeed
 from solidwhirl.rotordyn.critical_speeds.whirl_pencils import (
     negative_count,
     negative_count_at_rest,
+    scaled_at,
     whirl_pencils,
 )
 from solidwhirl.rotordyn.modes.eigen import Modes
@@ -87,7 +88,7 @@ def _count(
     try:
         expected = sum(
             negative_count(pencil, limit, assembled.body_rate)
-            - negative_count_at_rest(pencil, assembled.body_rate)
+            - negative_count_at_rest(pencil, scaled_at(pencil, 0.0, assembled.body_rate))
             for pencil in pencils
         )
     except AnalysisError as error:

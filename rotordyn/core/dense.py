@@ -125,7 +125,7 @@ _SLOW, _ITERATIONS = 0.1, 2
 _FAR = 1e-3
 # or from this part of the fastest.
 _SLOWEST = 1e-5
-# |Im λ| below this fraction of |λ| is real: equal real eigenvalues split into pairs by rounding.
+# |Im λ| below this fraction of |λ| is real.
 _REAL_FRACTION = 1e-6
 # Without a known number of zeros: |λ| below this part of the largest is zero; |Im λ| below this
 # part of |λ| is.
@@ -637,10 +637,14 @@ def apart_from_zeros(values: ComplexArray, shapes: ComplexArray, least: float = 
     return Spectrum(values[turning], shapes[:, turning], np.sort(values[real].real))
 
 
+def are_real(values: ComplexArray) -> BoolArray:
+    """Tell which eigenvalues are real: equal real ones split into pairs by rounding."""
+    return np.asarray(np.abs(values.imag) <= _REAL_FRACTION * np.abs(values))
+
+
 def _sorted_spectrum(values: ComplexArray, shapes: ComplexArray, count: int) -> Spectrum:
     """Separate oscillatory pairs, real eigenvalues and zeros."""
-    nonzero = values != 0
-    is_real = np.abs(values.imag) <= _REAL_FRACTION * np.abs(values)
+    nonzero, is_real = values != 0, are_real(values)
     order = np.flatnonzero(nonzero & ~is_real & (values.imag > 0))
     order = order[np.argsort(values.imag[order], kind="stable")][:count]
     return Spectrum(values[order], shapes[:, order], np.sort(values.real[nonzero & is_real]))

@@ -20,6 +20,7 @@ from solidwhirl.rotordyn.critical_speeds.undamped import undamped_critical_speed
 from solidwhirl.rotordyn.critical_speeds.whirl_pencils import (
     negative_count,
     negative_count_at_rest,
+    scaled_at,
     separate_pencils,
 )
 from solidwhirl.rotordyn.modes.damping import DampingRule, amplification_factor, log_decrement
@@ -203,7 +204,7 @@ def count_critical_speeds(
             unresolved += roots.unresolved
         else:
             counts = (
-                negative_count_at_rest(pencil, assembled.body_rate),
+                negative_count_at_rest(pencil, scaled_at(pencil, 0.0, assembled.body_rate)),
                 negative_count(pencil, limit, assembled.body_rate),
             )
             # K/Ω² − N of a constant K falls with Ω, so no eigenvalue comes back.

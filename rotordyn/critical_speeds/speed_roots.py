@@ -27,8 +27,8 @@ from solidwhirl.rotordyn.core.ledger import solved
 from solidwhirl.rotordyn.critical_speeds.whirl_pencils import (
     Pencil,
     PencilLaw,
-    count_at_rest,
-    scaled_at_rest,
+    negative_count_at_rest,
+    scaled_at,
 )
 
 # Intervals are halved down to this width, relative to their upper end or to the whole region.
@@ -95,9 +95,9 @@ def speed_roots(pencil: Pencil, body_rate: float, limit_rad_s: float) -> SpeedRo
     """
     laws = _known(pencil.laws)
     _check_constant_part(pencil, body_rate)
-    scaled = scaled_at_rest(pencil, body_rate)
+    scaled = scaled_at(pencil, 0.0, body_rate)
     search = _Search(pencil, scaled, limit_rad_s)
-    start, at_rest = _start(search, count_at_rest(pencil, scaled), limit_rad_s)
+    start, at_rest = _start(search, negative_count_at_rest(pencil, scaled), limit_rad_s)
     roots = []
     for low, high, falling in _regions(laws, start, limit_rad_s):
         roots += search.monotonic(low, high) if falling else search.bounded(low, high)
@@ -241,7 +241,7 @@ class _Search:
     pencil, limit
         As for `speed_roots`.
     scaled
-        K(0) and M, as `scaled_at_rest` returns them.
+        K(0) and M, as `scaled_at` returns them.
     """
 
     def __init__(self, pencil: Pencil, scaled: Scaled, limit: float) -> None:

@@ -271,22 +271,17 @@ def direct_speeds(
     return DirectSpeeds(1.0 / np.sqrt(values[kept]), shapes)
 
 
-def negative_count_at_rest(pencil: Pencil, body_rate: float) -> int:
+def scaled_at(pencil: Pencil, speed_rad_s: float, body_rate: float) -> Scaled:
+    """Return K(Ω) and M as `scale_by_stiffness` has them."""
+    return scale_by_stiffness(pencil.stiffness_at(speed_rad_s), pencil.mass, body_rate)
+
+
+def negative_count_at_rest(pencil: Pencil, scaled: Scaled) -> int:
     """Return how many eigenvalues of D(Ω) are negative as Ω goes to zero.
 
-    Returns those of K(0), and on its kernel those of −N. Raises AnalysisError if a free body whirls
-    without force at every speed.
+    `scaled`: K(0) and M, of `scaled_at`. Returns those of K(0), and on its kernel those of −N.
+    Raises AnalysisError if a free body whirls without force at every speed.
     """
-    return count_at_rest(pencil, scaled_at_rest(pencil, body_rate))
-
-
-def scaled_at_rest(pencil: Pencil, body_rate: float) -> Scaled:
-    """Return K(0) and M as `scale_by_stiffness` has them."""
-    return scale_by_stiffness(pencil.stiffness_at(0.0), pencil.mass, body_rate)
-
-
-def count_at_rest(pencil: Pencil, scaled: Scaled) -> int:
-    """Return what `negative_count_at_rest` does, from what `scaled_at_rest` has found."""
     if not scaled.zero_count:
         return scaled.negative_count
     inertia = scaled.scale[:, None] * pencil.inertia * scaled.scale
@@ -299,7 +294,7 @@ def negative_count(pencil: Pencil, speed_rad_s: float, body_rate: float) -> int:
 
     `speed_rad_s`: Ω > 0. Returns number of modes below the excitation.
     """
-    scaled = scale_by_stiffness(pencil.stiffness_at(speed_rad_s), pencil.mass, body_rate)
+    scaled = scaled_at(pencil, speed_rad_s, body_rate)
     inertia = scaled.scale[:, None] * pencil.inertia * scaled.scale
     return int(np.count_nonzero(la.eigvalsh(scaled.stiffness - speed_rad_s**2 * inertia) < 0))
 

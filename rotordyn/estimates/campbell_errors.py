@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,13 +10,14 @@ import numpy as np
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.campbell.body_frames import branch_columns
 from solidwhirl.rotordyn.campbell.diagram import Campbell
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
+from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.estimates.eigenvalue_errors import (
     FrequencyErrors,
     bodies_without_forms,
     frequency_errors,
 )
 from solidwhirl.rotordyn.modes.eigen import Modes, mode_columns, modes_at_speed
+from solidwhirl.rotordyn.perturbation.lowest_modes import LowestModes
 
 # Modes above the highest branch that may be as close to it as it is wrong.
 _ABOVE = 4
@@ -37,8 +39,8 @@ class CampbellErrors(FrequencyErrors):
 def campbell_errors(assembled: AssembledSystem, campbell: Campbell) -> CampbellErrors:
     """Estimate the relative errors of the branches of a Campbell diagram, by branch and speed.
 
-    The modes are those that the diagram was made of, or computed again: it does not keep them.
-    Raises AnalysisError if the diagram does not belong to the system.
+    The modes are found as the diagram found them, which does not keep them. Raises AnalysisError if
+    the diagram does not belong to the system.
 
     The basis of a body is made of modes at rest and at top speed. With e(Ω) the error of the
     reduction along a branch and t = (Ω² − a²) / (b² − a²) between its slowest and its fastest
@@ -46,13 +48,13 @@ def campbell_errors(assembled: AssembledSystem, campbell: Campbell) -> CampbellE
     "speed_interpolation" = max(0, e(Ω) − [(1 − t) e(a) + t e(b)]) and "mode_truncation" is the
     rest: what exceeds the line between both ends comes from speeds the basis was not made for.
     """
-    shape = campbell.eigenvalues.shape
+    shape, modes_at = campbell.eigenvalues.shape, _modes_at(assembled, campbell)
     parts = {"eigen_solver": np.full(shape, np.nan)}
     for place, speed in enumerate(campbell.speeds_rad_s):
         alive = np.flatnonzero(np.isfinite(campbell.eigenvalues[:, place]))
         if not alive.size:
             continue
-        modes = _modes(assembled, float(speed), campbell.eigenvalues[alive, place])
+        modes = modes_at(float(speed))
         columns = branch_columns(campbell.eigenvalues[alive, place], modes.eigenvalues, speed)
         kept = np.arange(min(int(columns.max()) + 1 + _ABOVE, modes.eigenvalues.size))
         found = frequency_errors(assembled, mode_columns(modes, kept))
@@ -69,11 +71,26 @@ def campbell_errors(assembled: AssembledSystem, campbell: Campbell) -> CampbellE
     )
 
 
-def _modes(assembled: AssembledSystem, speed_rad_s: float, values: ComplexArray) -> Modes:
-    """Return the modes at a speed, as far as some above the highest branch."""
-    modes = modes_at_speed(assembled, speed_rad_s, 2 * (values.size + _ABOVE))
-    above = int(np.count_nonzero(modes.eigenvalues.imag > values.imag.max() * (1.0 + _SAME)))
-    return modes if above >= _ABOVE else modes_at_speed(assembled, speed_rad_s)
+def _modes_at(assembled: AssembledSystem, campbell: Campbell) -> Callable[[float], Modes]:
+    """Return what finds the modes at a speed, as far as some above the highest branch."""
+    top = np.nan_to_num(campbell.eigenvalues.imag).max(axis=0, initial=0.0) * (1.0 + _SAME)
+    highest = dict(zip(campbell.speeds_rad_s.tolist(), top.tolist(), strict=True))
+
+    def needed(modes: Modes) -> int:
+        branches = modes.eigenvalues.imag <= highest[modes.speed_rad_s]
+        return int(np.count_nonzero(branches)) + _ABOVE
+
+    def lowest(speed_rad_s: float) -> Modes:
+        modes = modes_at_speed(assembled, speed_rad_s, 2 * (len(campbell.eigenvalues) + _ABOVE))
+        enough = needed(modes) <= modes.eigenvalues.size
+        return modes if enough else modes_at_speed(assembled, speed_rad_s)
+
+    if assembled.is_conservative or assembled.depends_on_frequency:
+        return lowest
+    # where the whole spectrum is computed anyway, some of it would save nothing
+    found = LowestModes(assembled, assembled.size, needed)
+    found.coming_rad_s = campbell.speeds_rad_s
+    return found.at
 
 
 def interpolation_part(speeds_rad_s: FloatArray, errors: FloatArray) -> FloatArray:

@@ -27,8 +27,8 @@ from solidwhirl.rotordyn.estimates.eigenvalue_errors import (
     frozen_parts,
     sum_of_parts,
 )
-from solidwhirl.rotordyn.modes.left_vectors import dynamic_stiffness
 from solidwhirl.rotordyn.modes.nearby import balance_of
+from solidwhirl.rotordyn.perturbation.left_vectors import dynamic_stiffness
 from solidwhirl.rotordyn.response.unbalance import (
     Unbalance,
     frequency_ratio,

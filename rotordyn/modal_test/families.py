@@ -62,14 +62,12 @@ def mode_families(system: AssembledSystem) -> ModeFamilies:
 
     Raises AnalysisError if bearings push, so that modes at rest grow.
     """
-    matrices = matrices_at_speed(system, 0.0)
-    scaled = scaled_stiffness(system, matrices)
+    scaled = scaled_stiffness(system, matrices_at_speed(system, 0.0))
     if scaled.negative_count:
         raise AnalysisError(
             "supports have negative stiffness at rest, so that the engine does not stay where it is"
         )
     omega, shapes = solve_standing(scaled)
-    shapes = shapes / np.sqrt(np.einsum("im,ij,jm->m", shapes, matrices.mass, shapes))
     mass = sum(rotor.element.mass_kg for rotor in system.system.rotors.values())
     reach = np.abs(lateral_rows(system) @ shapes).max(axis=0, initial=0.0) * np.sqrt(mass)
     family, last, count = np.full(omega.size, -1), -np.inf, -1

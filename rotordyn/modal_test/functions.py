@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from solidwhirl.rotordyn.assembly.system import AssembledSystem, at_rate, matrices_at_speed
+from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
 from solidwhirl.rotordyn.modal_test.families import ModeFamilies
-from solidwhirl.rotordyn.response.points import PointMatrices, solve_points
+from solidwhirl.rotordyn.response.harmonic_response import harmonic_response
 
 #: Powers of iω that make of a receptance (displacement per force) the other functions.
 ORDERS = {"receptance": 0, "mobility": 1, "accelerance": 2}
@@ -30,13 +32,10 @@ def receptances(
     motions at 0 Hz are among it. Ewins 2000, Modal Testing, sections 2.3 and 2.4.
     """
     outputs, inputs = rows
-    load = inputs.T.astype(complex)[None]
-    modal = _modal_damping(system, families, damping_ratio)
-    solved = [
-        solve_points(_matrices(part, modal), np.zeros(w.size), w, np.repeat(load, w.size, axis=0))
-        for part, w in _parts(system, frequencies_rad_s)
-    ]
-    return np.concatenate([outputs @ found.displacement for found in solved])
+    damping = system.damping + _modal_damping(system, families, damping_ratio)
+    damped = replace(system, damping=damping)
+    found = harmonic_response(damped, 0.0, frequencies_rad_s, inputs.T[None])
+    return np.asarray(outputs @ found.displacement)
 
 
 def _modal_damping(
@@ -45,18 +44,3 @@ def _modal_damping(
     momentum = system.mass @ families.shapes
     rate = 4.0 * np.pi * damping_ratio * families.frequency_hz
     return np.asarray((momentum * rate) @ momentum.T)
-
-
-def _parts(
-    system: AssembledSystem, frequencies: FloatArray
-) -> list[tuple[AssembledSystem, FloatArray]]:
-    """Return the system with frequencies at which it is the same."""
-    if not system.depends_on_frequency:
-        return [(system, frequencies)]
-    return [(at_rate(system, 1j * float(w)), np.array([w])) for w in frequencies]
-
-
-def _matrices(system: AssembledSystem, modal: FloatArray) -> PointMatrices:
-    found = matrices_at_speed(system, 0.0)
-    triple = (found.mass, found.damping + found.gyroscopic + modal, found.stiffness)
-    return lambda speed_rad_s: triple

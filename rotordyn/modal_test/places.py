@@ -9,7 +9,7 @@ from solidwhirl.rotordyn.assembly.coordinates import body_rows, interface_row
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
-from solidwhirl.rotordyn.modes.centreline import Centreline, centreline_motion, interface_rows
+from solidwhirl.rotordyn.modes.centreline import Centreline, centreline_motion
 
 # Share of the length of a body beyond its outermost known points at which a place still counts as
 # on it; what is beyond them is continued.
@@ -55,24 +55,17 @@ def place_direction(
 
 
 def _known_points(system: AssembledSystem, body: str) -> Centreline:
-    """Return the centre line of a body by rising places, its interfaces if it has no points."""
-    element = system.system.rotors[body].element
-    line = centreline_motion(element)
-    if not line.axial_m.size:
-        nodes = interface_rows(element)
-        line = Centreline(nodes.axial_m, nodes.modes)
-    if not line.axial_m.size:
+    """Return the centre line of a body, of points at one place the first."""
+    places, modes = centreline_motion(system.system.rotors[body].element)
+    if not places.size:
         raise AnalysisError(f"nothing is known of the lateral motion of body {body!r}")
-    order = np.argsort(line.axial_m, kind="stable")
-    places = line.axial_m[order]
     apart = np.append(True, np.diff(places) > _SAME_PLACE * max(float(np.ptp(places)), 1e-300))
-    return Centreline(places[apart], line.modes[order][apart])
+    return Centreline(places[apart], modes[apart])
 
 
 def lateral_rows(system: AssembledSystem) -> FloatArray:
     """Return ux and uy of the axes of all bodies per coordinate, shape (p, n)."""
     found = [
-        np.einsum("pcn,nm->pcm", _known_points(system, body).modes, body_rows(system, body))
-        for body in system.system.rotors
+        _known_points(system, body).modes @ body_rows(system, body) for body in system.system.rotors
     ]
-    return np.concatenate([rows.reshape(-1, system.size) for rows in found])
+    return np.asarray(np.concatenate(found).reshape(-1, system.size))

@@ -19,7 +19,7 @@ _NEAR = 0.1
 
 
 class Centreline(NamedTuple):
-    """Points along the axis of one body, and ux, uy there per coordinate, shape (p, 2, n)."""
+    """Points along the axis of one body, rising, ux and uy there per coordinate, (p, 2, n)."""
 
     axial_m: FloatArray
     modes: FloatArray

@@ -40,6 +40,7 @@ _SPARE = 4
 _FEW = 128
 # Room for modes that are asked for again: by the diagram, its errors, searches, studies.
 _ROOM_BYTES = 128_000_000
+# Matrices of a system.
 _MATRICES = 6
 
 
@@ -127,23 +128,25 @@ def modes_at_speed(
         raise AnalysisError(f"count is {count}; it must be 1 or more, or None for all")
     place = assembled, float(speed_rad_s)
     known = _known.get(place)
-    if known is not None and (known.is_whole or (count is not None and count <= known.asked)):
-        return known.lowest(count)
-    asked = None if assembled.size <= _FEW else count
-    found = _computed(*place, asked)
-    known = _Known(found, asked or assembled.size, asked is None)
-    # the system stays in memory with its modes
-    of_system = _MATRICES * assembled.mass.nbytes + assembled.transformation.nbytes
-    _known.keep(place, known, found.shapes.nbytes + of_system)
+    if known is None or not known.has(count):
+        asked = None if assembled.size <= _FEW else count
+        known = _Known(_computed(*place, asked), asked)
+        _known.keep(place, known, known.modes.shapes.nbytes)
+        # the system stays in memory with its modes: it counts once, and leaves after them
+        of_system = _MATRICES * assembled.mass.nbytes + assembled.transformation.nbytes
+        _known.keep(assembled, None, of_system)
     return known.lowest(count)
 
 
 class _Known(NamedTuple):
-    """Modes at a speed, for how many they were asked, and whether they are all there are."""
+    """Modes at a speed, and for how many they were asked, None for all."""
 
     modes: Modes
-    asked: int
-    is_whole: bool
+    asked: int | None
+
+    def has(self, count: int | None) -> bool:
+        """Whether so many lowest ones are among them."""
+        return self.asked is None or (count is not None and count <= self.asked)
 
     def lowest(self, count: int | None) -> Modes:
         """Return the lowest of them, none of equal frequency cut off."""
@@ -153,7 +156,8 @@ class _Known(NamedTuple):
         return mode_columns(self.modes, np.arange(kept))
 
 
-_known = Kept[_Known](_ROOM_BYTES)
+# by system and speed; None by system
+_known = Kept[_Known | None](_ROOM_BYTES)
 
 
 def _computed(assembled: AssembledSystem, speed_rad_s: float, count: int | None) -> Modes:

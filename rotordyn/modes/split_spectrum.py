@@ -17,6 +17,7 @@ from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, FloatArray,
 from solidwhirl.rotordyn.core.dense import (
     Scaled,
     Spectrum,
+    are_real,
     cholesky_of_mass,
     general_eigenvalues,
     scale_by_stiffness,
@@ -113,10 +114,6 @@ def plane_spectrum(
     return SplitSpectrum(Spectrum(1j * (1.0 / inverse[kept]), shapes, np.empty(0)), 0, None)
 
 
-# |Im λ| below this fraction of |λ| is real: equal real eigenvalues split into pairs by rounding.
-_REAL_FRACTION = 1e-6
-
-
 class SplitSpectrum(NamedTuple):
     """A spectrum, the number of zero eigenvalues among the 2n, and the families if there are."""
 
@@ -209,7 +206,7 @@ def _damped(
     nonzero = found.values != 0
     values = found.values[nonzero]
     shapes = scaled.scale[:, None] * found.shapes[:, nonzero]
-    is_real = np.abs(values.imag) <= _REAL_FRACTION * np.abs(values)
+    is_real = are_real(values)
     # every λ of z stands for itself and its conjugate in the real coordinates
     return whirl_in_the_round(form, values[~is_real], shapes[:, ~is_real])._replace(
         real=np.repeat(values.real[is_real], 2), zeros=2 * int(np.count_nonzero(~nonzero))

@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -154,18 +154,18 @@ def compare_complexity(
     unbalances: Sequence[Unbalance],
     *,
     bearing: str,
-    step_s: float,
     bands_hz: Sequence[tuple[float, float]],
-    record_every: int = 1,
     band_hz: float = 1.0,
     known: dict[Hashable, PartRun] | None = None,
+    **settings: Any,
 ) -> ComplexityComparison:
     """Run up models of the same system and compare the force through one bearing.
 
     `variants`: models by name; the first one is the full model that the others are measured by.
     `bearing`: the mount, without rigid components; `bands_hz`: lower and upper end of each band of
     frequency in which responses are compared. `band_hz`: see `normalised_response`; the response is
-    that along x. `known`: parts of other runs of the same machine, as of `run_up`.
+    that along x. `known`, `settings`: parts of other runs of the same machine and settings other
+    than `outputs` and `bearings`, as of `run_up`; `step_s` must be given.
 
     Raises AnalysisError if there is no model, a band has no meaning or no frequency of the record
     in it, an argument of the run has no meaning, or the full model diverges.
@@ -175,15 +175,9 @@ def compare_complexity(
     bands = _checked_bands(bands_hz)
     measured: dict[str, _Measured] = {}
     diverged: dict[str, Divergence] = {}
-    run_of = partial(
-        run_up,
-        known={} if known is None else known,  # models share what is the same in them
-        step_s=step_s,
-        record_every=record_every,
-        bearings=[bearing],
-    )
+    known = {} if known is None else known  # models share what is the same in them
     for name, system in variants.items():
-        run = run_of(system, profile, unbalances)
+        run = run_up(system, profile, unbalances, known=known, bearings=[bearing], **settings)
         if run.stopped is None:
             response = normalised_response(run, bearing, "x", band_hz)
             measured[name] = _Measured(_peak_force_n(run, bearing), response, run.wall_time_s)

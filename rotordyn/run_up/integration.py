@@ -181,32 +181,28 @@ def run_up(
     own frequencies allow.
     """
     how = RunSettings(**settings)
-    start = _start(assembled, profile, how)
+    case = _Case(assembled, profile, how, _start(assembled, profile, how))
     loads = _loads(assembled, unbalances, how)
     profile_pieces(profile, float(how.step_s), loads.turning.ratios)  # refused for the whole
-    parts = _loaded_parts(assembled, loads, start)
-    runs = _runs(assembled, profile, parts, how, start, {} if known is None else known)
+    parts = _loaded_parts(assembled, loads, case.start)
+    runs = _runs(case, parts, {} if known is None else known)
     stopped = min((r.stopped for r in runs if r.stopped is not None), key=_time, default=None)
     if stopped is not None:
-        profile = shortened(profile, stopped.time_s)
+        case = case._replace(profile=shortened(profile, stopped.time_s))
         runs = [
-            run if run.stopped is stopped else _integrated(assembled, profile, part, how, start)
+            run if run.stopped is stopped else _integrated(case, part)
             for run, part in zip(runs, parts, strict=True)
         ]
-    return run_record(
-        assembled.system,
-        profile,
-        unbalances,
-        how,
-        _motion(runs),
-        longest_block=max(run.longest_block for run in runs),
-        energy=_energy(runs),
-        balance_error=max(run.balance_error for run in runs),
-        final=_final(assembled.transformation, parts, runs),
-        notes=_notes(assembled, profile),
-        stopped=stopped,
-        wall_time_s=sum(run.wall_time_s for run in runs),
-    )
+    return _record(case, unbalances, parts, runs, stopped)
+
+
+class _Case(NamedTuple):
+    """What is common to the parts of a run."""
+
+    assembled: AssembledSystem
+    profile: SpeedProfile
+    how: RunSettings
+    start: MotionState
 
 
 def _time(stopped: Divergence) -> float:
@@ -214,23 +210,41 @@ def _time(stopped: Divergence) -> float:
 
 
 def _runs(
-    assembled: AssembledSystem,
-    profile: SpeedProfile,
-    parts: Sequence[_LoadedPart],
-    how: RunSettings,
-    start: MotionState,
-    known: dict[Hashable, PartRun],
+    case: _Case, parts: Sequence[_LoadedPart], known: dict[Hashable, PartRun]
 ) -> list[PartRun]:
     """Return the run of each part; what is known is taken, what is not is put there."""
     runs = []
     for part in parts:
-        key = _key(assembled, profile, part, how, start)
+        key = _key(case, part)
         found = known.get(key)
-        if found is None or not found.has(how):
-            found = _integrated(assembled, profile, part, how, start)
-            known[key] = found
-        runs.append(found.of(how))
+        if found is None or not found.has(case.how):
+            found = known[key] = _integrated(case, part)
+        runs.append(found.of(case.how))
     return runs
+
+
+def _record(
+    case: _Case,
+    unbalances: Sequence[Unbalance],
+    parts: Sequence[_LoadedPart],
+    runs: Sequence[PartRun],
+    stopped: Divergence | None,
+) -> RunUp:
+    """Return the record of all parts together."""
+    return run_record(
+        case.assembled.system,
+        case.profile,
+        unbalances,
+        case.how,
+        _motion(runs),
+        longest_block=max(run.longest_block for run in runs),
+        energy=_energy(runs),
+        balance_error=max(run.balance_error for run in runs),
+        final=_final(case.assembled.transformation, parts, runs),
+        notes=_notes(case.assembled, case.profile),
+        stopped=stopped,
+        wall_time_s=sum(run.wall_time_s for run in runs),
+    )
 
 
 def _motion(runs: Sequence[PartRun]) -> RecordedMotion:
@@ -255,18 +269,13 @@ def _final(
     return MotionState(displacement=state[0], velocity=state[1])
 
 
-def _key(
-    assembled: AssembledSystem,
-    profile: SpeedProfile,
-    part: _LoadedPart,
-    how: RunSettings,
-    start: MotionState,
-) -> Hashable:
+def _key(case: _Case, part: _LoadedPart) -> Hashable:
     """Return what tells a part from those of other runs and models of a machine.
 
     Bodies that move in it, which of their coordinates do, and in how many ways, its loads and its
     start, and how it is integrated: joints and speeds are those of the machine.
     """
+    assembled, profile, how, start = case
     at, (turning, steady, torsion) = part.coordinates, part.loads
     rows = assembled.transformation[:, at].any(axis=1)
     bodies = tuple(
@@ -343,7 +352,6 @@ class PartRun(NamedTuple):
 
     outputs: tuple[End, ...]
     bearings: tuple[str, ...]
-
     motion: RecordedMotion
     longest_block: int
     energy: EnergyBalance
@@ -373,22 +381,17 @@ def _some(records: FloatArray, at: list[int]) -> FloatArray:
     return records[at] if at else records[:0, :, :0]
 
 
-def _integrated(
-    assembled: AssembledSystem,
-    profile: SpeedProfile,
-    part: _LoadedPart,
-    how: RunSettings,
-    start: MotionState,
-) -> PartRun:
+def _integrated(case: _Case, part: _LoadedPart) -> PartRun:
     """Integrate the motion of a part."""
     begun = time.perf_counter()
-    run = _prepared(assembled, profile, part, how, start)
+    assembled, how = case.assembled, case.how
+    run = _prepared(case, part)
     plan, stride = run.plan, run.plan.stride
     recorder = Recorder(plan, int(how.record_every), how.outputs, how.bearings)
     shapes = plan.shapes / plan.scale
     watch = Watch(assembled, shapes, stride.duration_s, partial(_grows, assembled))
     longest, stopped, states = 1, None, []
-    for stretch in stretches(plan, run.pieces, run.rates, start):
+    for stretch in stretches(plan, run.pieces, run.rates, case.start):
         found = _until_divergence(stretch, watch)
         for piece in found.parts:
             recorder.add(piece)
@@ -422,13 +425,8 @@ class _Prepared(NamedTuple):
     rates: FrequencyRates
 
 
-def _prepared(
-    assembled: AssembledSystem,
-    profile: SpeedProfile,
-    part: _LoadedPart,
-    how: RunSettings,
-    start: MotionState,
-) -> _Prepared:
+def _prepared(case: _Case, part: _LoadedPart) -> _Prepared:
+    assembled, profile, how, start = case
     step_s, (turning, steady, torsion) = float(how.step_s), part.loads
     pieces = profile_pieces(profile, step_s, turning.ratios)
     parts = moving_parts(

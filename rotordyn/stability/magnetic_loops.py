@@ -21,9 +21,9 @@ from solidwhirl.rotordyn.modes.controlled import (
     controlled,
     state_matrix,
 )
-from solidwhirl.rotordyn.modes.left_vectors import dynamic_stiffness
 from solidwhirl.rotordyn.modes.modal_truncation import project_system
 from solidwhirl.rotordyn.modes.uncoupled import uncoupled_groups
+from solidwhirl.rotordyn.perturbation.left_vectors import dynamic_stiffness
 
 # ISO 14839-3: largest |Gs| of the zones A, B and C; beyond is D.
 ZONE_LIMITS = (3.0, 4.0, 5.0)

@@ -12,7 +12,7 @@ from solidwhirl.rotordyn.assembly.system import matrices_at_speed
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
 from solidwhirl.rotordyn.estimates.eigenvalue_errors import error_scale
 from solidwhirl.rotordyn.modes.damping import DEFAULT_RULE, DampingRule
-from solidwhirl.rotordyn.modes.left_vectors import ModePairs, mode_pairs
+from solidwhirl.rotordyn.perturbation.left_vectors import ModePairs, mode_pairs
 from solidwhirl.rotordyn.superelement.residual_energy import form_products, form_weight
 
 

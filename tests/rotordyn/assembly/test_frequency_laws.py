@@ -16,7 +16,7 @@ from solidwhirl.rotordyn.assembly.system import at_rate, matrices_at_speed
 from solidwhirl.rotordyn.checks.plain_checks import check_campbell, check_critical_roots
 from solidwhirl.rotordyn.checks.plain_system import PlainSystem
 from solidwhirl.rotordyn.modes.frequency_dependent import with_own_bearings
-from solidwhirl.rotordyn.modes.left_vectors import mode_pairs
+from solidwhirl.rotordyn.perturbation.left_vectors import mode_pairs
 from solidwhirl.rotordyn.response.unbalance import Unbalance, unbalance_response
 from solidwhirl.rotordyn.stability.intervals import unstable_intervals
 

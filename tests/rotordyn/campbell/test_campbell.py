@@ -9,7 +9,7 @@ import pytest
 from rotors import hub, one_rotor, plane_spring
 
 from solidwhirl import rotordyn as rd
-from solidwhirl.rotordyn.campbell import tracking
+from solidwhirl.rotordyn.perturbation import lowest_modes
 
 MASS, TRANSLATION, DIAMETRAL, POLAR, TILT = 10.0, 1e6, 0.05, 0.08, 12500.0
 # Where the backward tilt mode, Id ω² + Ip Ω ω = kr, meets the translation, m ω² = kt.
@@ -102,7 +102,7 @@ def test_no_speed_is_solved_twice_where_branches_end(monkeypatch):
         solved.append(speed)
         return rd.modes_at_speed(assembled, speed, count)
 
-    monkeypatch.setattr(tracking, "modes_at_speed", counted)
+    monkeypatch.setattr(lowest_modes, "modes_at_speed", counted)
     diagram = rd.campbell(one_rotor(disk, []), [0.0, 900.0, 1500.0], frequency_max_hz=100.0)
     assert np.isnan(diagram.frequency_hz[:, 2]).all()
     assert len(solved) == len(set(solved))

@@ -15,9 +15,11 @@ from rotors import (
 )
 
 from solidwhirl import rotordyn as rd
+from solidwhirl.rotordyn.core.ledger import SYSTEMS
 from solidwhirl.rotordyn.estimates.campbell_errors import campbell_errors, interpolation_part
 from solidwhirl.rotordyn.estimates.critical_speed_errors import critical_speed_errors
 from solidwhirl.rotordyn.estimates.eigenvalue_errors import frequency_errors
+from solidwhirl.rotordyn.perturbation import lowest_modes
 
 PART, OVER = "mode_truncation", "speed_interpolation"
 SPEEDS = np.linspace(0.0, 1500.0, 7)
@@ -45,6 +47,23 @@ def test_branches_are_wrong_by_their_estimates(pair, damping):
     np.testing.assert_allclose(found.total, true, rtol=0.1)  # (s/ω_c)²
     assert set(found.parts) == {PART, OVER, "eigen_solver"}
     np.testing.assert_allclose(found.total, sum(found.parts.values()), rtol=1e-14)
+
+
+def test_errors_of_a_damped_diagram_need_few_whole_spectra(pair, monkeypatch):
+    """The lowest modes that others are continued to have the errors of whole spectra."""
+    speeds = np.linspace(0.0, 800.0, 21)
+    for law, cross in ((None, 1e6), (LAW, 0.0)):
+        _, cut = pair(kept=24, damping=900.0, law=law, cross=cross)
+        diagram = rd.campbell(cut, speeds, branch_count=5)
+        with SYSTEMS.counted() as counts:
+            found = campbell_errors(cut, diagram)
+        assert counts["continued"] > 15 and counts["eigenproblems"] < 5
+        with monkeypatch.context() as patch:
+            patch.setattr(lowest_modes, "known_spectrum", lambda *_: None)
+            whole = campbell_errors(cut, diagram)
+        for part, values in found.parts.items():
+            limit = 1e-10 if part == "eigen_solver" else 1e-7 * whole.total.max()
+            np.testing.assert_allclose(values, whole.parts[part], rtol=1e-6, atol=limit)
 
 
 def test_parts_of_a_branch_are_those_of_its_modes(pair):

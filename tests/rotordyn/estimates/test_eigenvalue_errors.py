@@ -26,7 +26,7 @@ from solidwhirl.rotordyn.estimates.eigenvalue_errors import (
     error_scale,
     frequency_errors,
 )
-from solidwhirl.rotordyn.modes.left_vectors import (
+from solidwhirl.rotordyn.perturbation.left_vectors import (
     balance_of,
     dynamic_stiffness,
     mirror_signs,

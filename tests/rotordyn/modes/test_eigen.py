@@ -22,6 +22,9 @@ from rotors import (
 )
 
 from solidwhirl import rotordyn as rd
+from solidwhirl.rotordyn.core.kept import Kept
+from solidwhirl.rotordyn.core.ledger import SYSTEMS
+from solidwhirl.rotordyn.modes import eigen
 from solidwhirl.rotordyn.modes.eigen import whole_group_count
 
 QUICK = settings(max_examples=25, deadline=None, derandomize=True)
@@ -244,3 +247,21 @@ def test_odd_numbers_of_modes_and_branches_at_rest_are_made_even():
         assert rd.campbell(system, [0.0, 300.0], branch_count=count).whirl.shape[0] == count + 1
         # at speed the pairs have come apart, and the count is that asked for
         assert rd.modes_at_speed(system, 300.0, count).eigenvalues.size == count
+
+
+def test_modes_at_many_speeds_are_kept_beside_one_system(monkeypatch):
+    """The matrices of a system count once, however many speeds its modes are known at."""
+    system, speeds = between_bearings(three_disk_element(), 1e7), np.linspace(1.0, 300.0, 40)
+    shapes = rd.modes_at_speed(system, 1.0).shapes.nbytes
+    matrices = 6 * system.mass.nbytes + system.transformation.nbytes
+    monkeypatch.setattr(eigen, "_known", Kept(matrices + 40 * shapes))
+    for known in (False, True):
+        with SYSTEMS.counted() as counts:
+            for speed in speeds:
+                rd.modes_at_speed(system, float(speed))
+        assert counts["eigenproblems"] == (0 if known else 40)
+    monkeypatch.setattr(eigen, "_known", Kept(matrices - 1))
+    with SYSTEMS.counted() as counts:
+        rd.modes_at_speed(system, 1.0)
+        rd.modes_at_speed(system, 1.0)
+    assert counts["eigenproblems"] == 2  # a system that is too large is not kept

@@ -9,9 +9,9 @@ import pytest
 from rotors import ground, one_rotor, polynomial_law, steel_shaft, with_axial_and_torsion
 
 from solidwhirl import rotordyn as rd
-from solidwhirl.rotordyn.campbell import tracking
 from solidwhirl.rotordyn.core.ledger import SYSTEMS
-from solidwhirl.rotordyn.modes.continued_spectrum import NearModes, known_spectrum
+from solidwhirl.rotordyn.perturbation import lowest_modes
+from solidwhirl.rotordyn.perturbation.continued_spectrum import NearModes, known_spectrum
 
 NEEDED = 6
 FILM = polynomial_law((1.0, 3e-4), (1.0, 1e-4), (1.0, -2e-4), (1.0, -1e-4), top=3000.0)
@@ -94,7 +94,7 @@ def test_a_damped_diagram_needs_few_whole_spectra(kind, monkeypatch):
     # axial motion and torsion are solved at each speed
     beside = speeds.size if kind == "isotropic" else 0
     assert counts["eigenproblems"] <= 8 + beside
-    monkeypatch.setattr(tracking, "known_spectrum", lambda *_: None)
+    monkeypatch.setattr(lowest_modes, "known_spectrum", lambda *_: None)
     with SYSTEMS.counted() as counts:
         whole = rd.campbell(shaft_on(kind), speeds, branch_count=NEEDED)  # nothing of it is kept
     assert counts["eigenproblems"] >= speeds.size + beside

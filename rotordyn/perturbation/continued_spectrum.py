@@ -14,11 +14,14 @@ import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, SpeedMatrices, matrices_at_speed
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, Matrix, real_times
+from solidwhirl.rotordyn.core.dense import are_real
 from solidwhirl.rotordyn.core.ledger import solved
 from solidwhirl.rotordyn.modes.complex_form import ComplexForm, complex_form
 from solidwhirl.rotordyn.modes.eigen import Modes, normalised
-from solidwhirl.rotordyn.modes.left_vectors import dynamic_stiffness
-from solidwhirl.rotordyn.modes.near_subspace import (
+from solidwhirl.rotordyn.modes.split_spectrum import unturned_modes, whirl_in_the_round
+from solidwhirl.rotordyn.modes.whirl import separated_whirl
+from solidwhirl.rotordyn.perturbation.left_vectors import dynamic_stiffness
+from solidwhirl.rotordyn.perturbation.near_subspace import (
     Known,
     Problem,
     RealBasis,
@@ -27,8 +30,6 @@ from solidwhirl.rotordyn.modes.near_subspace import (
     followed,
     known_subspaces,
 )
-from solidwhirl.rotordyn.modes.split_spectrum import unturned_modes, whirl_in_the_round
-from solidwhirl.rotordyn.modes.whirl import separated_whirl
 
 # Modes beyond the needed ones among which the widest gap of frequency is looked for.
 _FEWEST_MORE, _MOST_MORE = 5, 12
@@ -36,8 +37,6 @@ _FEWEST_MORE, _MOST_MORE = 5, 12
 _MOST = 0.5
 # Places that P is expected from at most, no nearer than this part of the way from the known speed.
 _MOST_PLACES, _SIDE_BY_SIDE = 10, 1e-2
-# |Im λ| below this fraction of |λ| is real.
-_REAL_FRACTION = 1e-6
 # Inverse iterations for the vector of a real eigenvalue, and how far beside it.
 _REAL_STEPS, _BESIDE = 3, 1e-11
 
@@ -228,7 +227,7 @@ def _pairs(
 ) -> Modes:
     """Return the modes of a subspace of real states that lie below a bound."""
     values = low.values
-    is_real = np.abs(values.imag) <= _REAL_FRACTION * np.abs(values)
+    is_real = are_real(values)
     at = np.flatnonzero(~is_real & (values.imag > 0) & (values.imag < low.bound))
     at = at[np.argsort(values.imag[at], kind="stable")]
     rates, shapes = values[at], low.shapes[:, at]
@@ -252,7 +251,7 @@ def _whirl(
     None if a whirl no longer oscillates.
     """
     form = complex_form(assembled)
-    if form is None or (np.abs(low.values.imag) <= _REAL_FRACTION * np.abs(low.values)).any():
+    if form is None or are_real(low.values).any():
         return None
     rest = unturned_modes(assembled, matrices, form)
     lateral = whirl_in_the_round(form, low.values, low.shapes)

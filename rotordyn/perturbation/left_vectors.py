@@ -87,7 +87,7 @@ def mirror_signs(matrices: SpeedMatrices) -> FloatArray | None:
     push each plane by itself do so, and the spin and isotropic cross terms couple two planes, so
     that t is 1 in one of them and -1 in the other. Then yᵀ D(s) = 0 for y = T x.
     """
-    stiffness, inertia = (np.sqrt(np.abs(np.diag(m))) for m in (matrices[3], matrices.mass))
+    stiffness, inertia = (np.sqrt(np.abs(np.diag(m))) for m in (matrices.stiffness, matrices.mass))
     joins = np.zeros((2, *matrices.mass.shape), dtype=bool)
     for matrix, size in (
         (matrices.mass, inertia),
