@@ -98,17 +98,7 @@ def results_document(results: Results) -> dict[str, Any]:
         "doubts": _doubts(results),
         "invariants": checks_document(results.checks),
         "bearing_notes": list(note_lines(results.bearing_notes)),
-        "bearings_beyond_theory": [
-            {
-                "bearing": note.bearing,
-                **note.beyond._asdict(),
-                "from_rpm": note.speed_low_rpm,
-                "to_rpm": note.speed_high_rpm,
-                "message": note.message,
-            }
-            for note in results.bearing_notes
-            if note.beyond is not None
-        ],
+        "bearings_beyond_theory": _beyond_theory(results),
         "analyses": {name: {"kind": o.kind, **o.document} for name, o in results.analyses.items()},
         "predicted_cost": forecast_document(results.forecast),
         "timings_s": dict(results.timings_s),
@@ -130,6 +120,20 @@ def results_document(results: Results) -> dict[str, Any]:
     if scene.references:
         plain["references"] = plain_data(compared(scene.references, plain))
     return plain
+
+
+def _beyond_theory(results: Results) -> list[dict[str, Any]]:
+    return [
+        {
+            "bearing": note.bearing,
+            **note.beyond._asdict(),
+            "from_rpm": note.speed_low_rpm,
+            "to_rpm": note.speed_high_rpm,
+            "message": note.message,
+        }
+        for note in results.bearing_notes
+        if note.beyond is not None
+    ]
 
 
 def _numbers(results: Results) -> list[int]:
