@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Mapping
-from contextlib import ExitStack
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
+from threading import Lock
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -37,33 +38,31 @@ _SPIN_SHARE = 0.05
 
 
 class Clock:
-    """Wall time by stage, and what was solved in it of the engine and of bodies."""
+    """Wall time by stage, and what was solved in it of the engine and of bodies.
+
+    Threads may share one: bodies that are watched are asked by several.
+    """
 
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
         self.solved: dict[str, Counter[str]] = {}
         self.of_bodies: dict[str, Counter[str]] = {}
+        self._lock = Lock()
 
-    def stage(self, name: str) -> Clock:
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
         """Charge what follows to a stage."""
-        self._name = name
-        return self
-
-    def __enter__(self) -> None:
-        self._start = time.perf_counter()
-        self._counting = ExitStack()
-        self._found = [
-            (sums, self._counting.enter_context(ledger.counted()))
-            for sums, ledger in ((self.solved, SYSTEMS), (self.of_bodies, BODIES))
-        ]
-
-    def __exit__(self, *_: object) -> None:
-        spent = time.perf_counter() - self._start
-        self._counting.close()
-        for sums, found in self._found:
-            if found:
-                sums.setdefault(self._name, Counter()).update(found)
-        self.seconds[self._name] = self.seconds.get(self._name, 0.0) + spent
+        start = time.perf_counter()
+        with SYSTEMS.counted() as solved, BODIES.counted() as of_bodies:
+            try:
+                yield
+            finally:
+                with self._lock:
+                    spent = time.perf_counter() - start
+                    self.seconds[name] = self.seconds.get(name, 0.0) + spent
+                    for sums, found in ((self.solved, solved), (self.of_bodies, of_bodies)):
+                        if found:
+                            sums.setdefault(name, Counter()).update(found)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
