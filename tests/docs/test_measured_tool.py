@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from solidwhirl.identify.run import read_problem
 from solidwhirl.scene_reading.paths import find_target
 from solidwhirl.scene_reading.reader import parse_scene
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
+from measured.identified import PROBLEMS, lines_of  # noqa: E402
 from measured.readings import READINGS  # noqa: E402
 from measured.scenes import CASES, SCENES, scene_of  # noqa: E402
 from measured.spinning import SPINNING  # noqa: E402
@@ -48,3 +51,14 @@ def test_wheels_have_the_mass_of_their_drawing(reading, mass_kg):
         for r in rings
     )
     assert 7800.0 * volume == pytest.approx(mass_kg, rel=1e-3)
+
+
+def test_identified_parameters_are_those_of_the_last_run():
+    """The page has what its data say, of the problems as they are."""
+    data = json.loads((ROOT / "docs" / "data" / "measured.json").read_text("utf-8"))["identified"]
+    page = (ROOT / "docs" / "measured.md").read_text(encoding="utf-8")
+    assert page.endswith("\n\n".join(lines_of(data)) + "\n")
+    for name, found in data.items():
+        spec = read_problem(PROBLEMS / f"{name}.toml").spec
+        assert [t.value for t in spec.targets] == [t["value"] for t in found["targets"]]
+        assert [p.name for p in spec.parameters] == [p["name"] for p in found["parameters"]]

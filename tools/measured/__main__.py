@@ -32,6 +32,7 @@ from solidwhirl.scene_reading.paths import find_target, with_values
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
+from measured.identified import identified_sections  # noqa: E402
 from measured.scenes import CASES, run_of, scene_name, scene_of  # noqa: E402
 from measured.spinning import spinning_sections  # noqa: E402
 
@@ -48,8 +49,8 @@ Predictions of machines that others built and measured, with parameters of their
 `make measured` runs the scenes in `scenes/measured` and writes this page; what
 was measured, and the readings of what a source leaves open, stand in
 [cases.toml](../tools/measured/cases.toml), all numbers of this page in
-[data/measured.json](data/measured.json). Nothing was fitted to a measured frequency. No source
-states the uncertainty of its measurements.
+[data/measured.json](data/measured.json). No prediction was fitted to a measured frequency. No
+source states the uncertainty of its measurements.
 
 *Predicted* is what the scene says; *error* is estimated by the run ([accuracy](accuracy.md)) and
 says nothing of inputs. *Span* is from the lowest to the highest prediction of all readings, widened
@@ -197,9 +198,11 @@ def main() -> None:
     for case in CASES:
         section, data[case["name"]] = case_section(case)
         lines += section
-    section, data["spinning"] = spinning_sections(PICTURES)
+    for name, part in (("spinning", spinning_sections), ("identified", identified_sections)):
+        section, data[name] = part(PICTURES)
+        lines += section
     replace_text(DATA, json.dumps(data, indent=1) + "\n")
-    replace_text(PAGE, "\n\n".join([*lines, *section]) + "\n")
+    replace_text(PAGE, "\n\n".join(lines) + "\n")
 
 
 if __name__ == "__main__":

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -135,18 +134,6 @@ def test_shape_of_its_own_model_is_met(tmp_path):
 def test_measurements_that_are_refused(tmp_path, parameters, targets, settings, said):
     with pytest.raises(SceneError, match=said):
         problem(tmp_path, {"a": 1.0}, parameters, targets, **settings)
-
-
-@pytest.mark.verify
-def test_page_tells_what_the_shaft_says():
-    root = Path(__file__).resolve().parents[3]
-    found = identify(read_problem(root / "scenes" / "identify" / "dtu_shaft.toml"))
-    (half,) = found.estimate.half_width * 0.5e11
-    said = f"{found.values['modulus'] / 1e9:.1f} ± {half / 1e9:.1f} GPa"
-    page = (root / "docs" / "identify.md").read_text(encoding="utf-8")
-    assert said in page
-    assert f"sum of squared deviations is {found.estimate.chi_squared:.0f} " in page
-    assert f"predicted as {found.reached[3]:.0f} Hz" in page
 
 
 @pytest.mark.verify
