@@ -27,7 +27,7 @@ class Pair(NamedTuple):
     computed: int | None
 
 
-def assurance(measured: ComplexArray, computed: Sequence[FloatArray]) -> FloatArray:
+def assurance(measured: ComplexArray, computed: Sequence[FloatArray | ComplexArray]) -> FloatArray:
     """Return the modal assurance criterion of measured modes and families, shape (m, g).
 
     `measured`: motions of p sensors, shape (p, m), not zero; `computed`: motions of the same
@@ -41,11 +41,13 @@ def assurance(measured: ComplexArray, computed: Sequence[FloatArray]) -> FloatAr
     found = np.zeros((measured.shape[1], len(computed)))
     for k, motions in enumerate(computed):
         seen, _ = seen_directions(motions)
-        found[:, k] = (np.linalg.norm(seen.T @ measured, axis=0) / size) ** 2
+        found[:, k] = (np.linalg.norm(seen.conj().T @ measured, axis=0) / size) ** 2
     return found
 
 
-def seen_directions(motions: FloatArray) -> tuple[FloatArray, FloatArray]:
+def seen_directions(
+    motions: FloatArray | ComplexArray,
+) -> tuple[FloatArray | ComplexArray, FloatArray]:
     """Return orthonormal directions of p sensors in which a family moves, (p, d), and how far.
 
     `motions`: of the sensors in its modes, (p, c). The largest comes first.

@@ -1,4 +1,4 @@
-"""Frequency response functions between places of a system that stands still."""
+"""Frequency response functions between places of a system that stands still or turns."""
 
 from __future__ import annotations
 
@@ -17,30 +17,28 @@ ORDERS = {"receptance": 0, "mobility": 1, "accelerance": 2}
 
 def receptances(
     system: AssembledSystem,
-    families: ModeFamilies,
-    rows: tuple[FloatArray, FloatArray],
+    outputs: FloatArray,
+    inputs: FloatArray,
     frequencies_rad_s: FloatArray,
-    damping_ratio: FloatArray,
+    speed_rad_s: float = 0.0,
 ) -> ComplexArray:
-    """Return displacement per force at rest, shape (f, outputs, inputs), m/N.
+    """Return displacement per force, shape (f, outputs, inputs), m/N.
 
-    `rows`: what outputs (o, n) and inputs (i, n) see of the coordinates. `damping_ratio`: of each
-    mode of the families, (m,), beside the damping of bearings and bodies. Raises
-    NoSteadyResponseError at an undamped resonance that is hit exactly.
+    `outputs`, `inputs`: what they see of the coordinates, (o, n) and (i, n); `speed_rad_s`: of the
+    reference shaft. Raises NoSteadyResponseError at an undamped resonance that is hit exactly.
 
-    [K + iω (C + Σ 2 ζ ωᵣ M φ φᵀ M) − ω² M] q = f, solved at each frequency: no mode is cut off, and
-    motions at 0 Hz are among it. Ewins 2000, Modal Testing, sections 2.3 and 2.4.
+    [K + iω (C + ΩG) − ω² M] q = f is solved at each frequency: no mode is cut off, and motions at
+    0 Hz are among it. Ewins 2000, Modal Testing, chapter 2.
     """
-    outputs, inputs = rows
-    damping = system.damping + _modal_damping(system, families, damping_ratio)
-    damped = replace(system, damping=damping)
-    found = harmonic_response(damped, 0.0, frequencies_rad_s, inputs.T[None])
+    found = harmonic_response(system, speed_rad_s, frequencies_rad_s, inputs.T[None])
     return np.asarray(outputs @ found.displacement)
 
 
-def _modal_damping(
-    system: AssembledSystem, families: ModeFamilies, damping_ratio: FloatArray
-) -> FloatArray:
+def with_modal_damping(system: AssembledSystem, families: ModeFamilies) -> AssembledSystem:
+    """Return a system with the damping ratios of its modes at rest, beside its own damping.
+
+    Adds Σ 2 ζ ωᵣ M φ φᵀ M, which stands still where the rotor turns.
+    """
     momentum = system.mass @ families.shapes
-    rate = 4.0 * np.pi * damping_ratio * families.frequency_hz
-    return np.asarray((momentum * rate) @ momentum.T)
+    rate = 4.0 * np.pi * families.damping_ratio * families.frequency_hz
+    return replace(system, damping=system.damping + np.asarray((momentum * rate) @ momentum.T))

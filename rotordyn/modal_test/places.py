@@ -1,4 +1,4 @@
-"""Lateral motion of any place along a body, per independent coordinate of a system."""
+"""Motion of places of a body that a hammer hits or a sensor sees, per coordinate of a system."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ def interface_direction(
 ) -> FloatArray:
     """Return the motion of an interface along a direction per coordinate, shape (n,).
 
-    `direction`: of x and y, unit length, (2,). Raises AssemblyError if it has no such motion.
+    `direction`: of x, y and z, unit length, (3,). Raises AssemblyError if it has no such motion.
     """
     rows = [
         factor * interface_row(system, body, interface, component)
-        for factor, component in zip(direction, ("ux", "uy"), strict=True)
+        for factor, component in zip(direction, ("ux", "uy", "uz"), strict=True)
         if factor
     ]
     return np.asarray(sum(rows))
@@ -35,9 +35,9 @@ def interface_direction(
 def place_direction(
     system: AssembledSystem, body: str, at_m: float, direction: FloatArray
 ) -> FloatArray:
-    """Return the motion of the axis of a body at a place along a direction, shape (n,).
+    """Return the lateral motion of the axis of a body at a place, shape (n,).
 
-    `at_m`: along the axis, m; `direction`: as of `interface_direction`. Between points whose
+    `at_m`: along the axis, m; `direction`: of x and y, unit length, (2,). Between points whose
     motion is known (`centreline_motion`) a cubic spline holds, between two a line. Raises
     AnalysisError if the place lies off the body, AssemblyError if there is no such body.
     """
@@ -69,3 +69,14 @@ def lateral_rows(system: AssembledSystem) -> FloatArray:
         _known_points(system, body).modes @ body_rows(system, body) for body in system.system.rotors
     ]
     return np.asarray(np.concatenate(found).reshape(-1, system.size))
+
+
+def axial_rows(system: AssembledSystem) -> FloatArray:
+    """Return uz of all interfaces that have it per coordinate, shape (p, n)."""
+    found = [
+        interface_row(system, body, node.name, "uz")
+        for body, rotor in system.system.rotors.items()
+        for node in rotor.element.interfaces
+        if "uz" in rotor.element.components_at(node.name)
+    ]
+    return np.array(found).reshape(-1, system.size)

@@ -223,10 +223,10 @@ def _shape(system: AssembledSystem, target: TargetSpec, frequency_hz: float) -> 
     families = mode_families(system)
     if not families.count:
         raise InfeasibleError(f"target {target.name!r}: the model has no lateral modes")
-    direction = np.array([1.0, 0.0] if target.direction == "x" else [0.0, 1.0])
+    direction = np.array([1.0, 0.0, 0.0] if target.direction == "x" else [0.0, 1.0, 0.0])
     ends = [end_of(place) for place in target.at]
     rows = np.array([interface_direction(system, e.body, e.interface, direction) for e in ends])
-    nearest = int(np.abs(families.lateral_hz - frequency_hz).argmin())
+    nearest = int(np.abs(families.family_hz - frequency_hz).argmin())
     left, singular, _ = np.linalg.svd(families.motion(rows, nearest), full_matrices=False)
     return scaled_to(left[:, 0] * singular[0], np.array(target.shape))
 

@@ -59,6 +59,8 @@ def _actions(scene: Scene) -> Iterator[tuple[str, str, str]]:
     for analysis in scene.analyses:
         for place in getattr(analysis, "drives", ()):
             yield place, "rz", f"drive of {analysis.label}"
+        for place in getattr(analysis, "axial_places", ()):
+            yield place, "uz", f"hammer of {analysis.label}"
         for force in getattr(analysis, "forces", ()):
             for motion in force.motions:
                 if motion in EFFECT_OF:

@@ -99,6 +99,8 @@ def _further_problems(scene: Scene, spec: AnalysisSpec) -> Iterator[str]:
         yield from _bow_problems(scene, spec)
     if spec.kind == "impact_test":
         yield from spec.problems(_ends_m(scene))
+        if spec.axial_places and scene.effects.axial == "off":
+            yield "direction: hammers or sensors along z, and the effect axial is off"
     if spec.kind == "api617":
         yield from _api617_problems(scene, spec)
     if spec.kind == "sensitivity" and not any(

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from solidwhirl.analyses.measured.records import Measured, MeasuredFunction, MeasuredMode
-from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
 from solidwhirl.rotordyn.modal_test.assurance import (
     Pair,
     assurance,
@@ -18,11 +18,14 @@ from solidwhirl.rotordyn.modal_test.assurance import (
 from solidwhirl.rotordyn.modal_test.families import ModeFamilies
 from solidwhirl.rotordyn.modal_test.functions import ORDERS
 
+# Modes whose motion at the sensors is below this part of the largest are not seen.
+_UNSEEN = 1e-6
+
 
 def compared(
     measured: Measured,
     families: ModeFamilies,
-    motions: Sequence[FloatArray],
+    motions: Sequence[FloatArray | ComplexArray],
     sensors: Sequence[str],
     quantity: str,
 ) -> dict[str, Any]:
@@ -30,9 +33,9 @@ def compared(
 
     `motions`: of the sensors in the modes of each family that is compared, (p, c).
     """
-    hertz = families.lateral_hz[: len(motions)]
+    hertz = families.family_hz[: len(motions)]
     mac = _mac(measured.modes, motions, sensors)
-    pairs = _pairs(measured.modes, hertz, families, mac)
+    pairs = _pairs(measured.modes, families, motions, mac)
     return {
         "notes": list(measured.notes),
         "functions": [_function(function, quantity) for function in measured.functions],
@@ -44,7 +47,9 @@ def compared(
 
 
 def _mac(
-    modes: Sequence[MeasuredMode], motions: Sequence[FloatArray], sensors: Sequence[str]
+    modes: Sequence[MeasuredMode],
+    motions: Sequence[FloatArray | ComplexArray],
+    sensors: Sequence[str],
 ) -> FloatArray | None:
     """Return the MAC of measured modes and families, nan of modes without shape; None of none."""
     if not motions or not any(mode.shape for mode in modes):
@@ -61,16 +66,19 @@ def _mac(
 
 def _pairs(
     modes: Sequence[MeasuredMode],
-    hertz: FloatArray,
     families: ModeFamilies,
+    motions: Sequence[FloatArray | ComplexArray],
     mac: FloatArray | None,
 ) -> list[Pair]:
-    """Pair by shapes where all modes have them, else by frequency."""
-    own = np.array([mode.frequency_hz for mode in modes])
-    if not len(own) or not len(hertz):
+    """Pair by shapes where all modes have them, else by frequency what the sensors see."""
+    own, hertz = np.array([mode.frequency_hz for mode in modes]), families.family_hz[: len(motions)]
+    size = np.array([np.abs(motion).max() for motion in motions])
+    seen = np.flatnonzero(size > _UNSEEN * size.max(initial=0.0))
+    if not len(own) or not len(seen):
         return [Pair(k, None) for k in range(len(own))]
     if mac is None or np.isnan(mac).any():
-        return pairs_by_frequency(own, hertz)
+        found = pairs_by_frequency(own, hertz[seen])
+        return [Pair(k, None if at is None else int(seen[at])) for k, at in found]
     return pairs_by_shape(mac, own, hertz, families.sizes[: len(hertz)])
 
 

@@ -33,7 +33,7 @@ class ComputedTest:
     natural_hz: Sequence[float]
     damping_ratio: Sequence[float]
     #: Of the sensors in the modes of each, (s, modes)
-    motions: Sequence[FloatArray]
+    motions: Sequence[FloatArray | ComplexArray]
 
 
 def exported(
@@ -94,14 +94,14 @@ def _numbers(places: dict[MeasuringPointSpec, tuple[str, float]]) -> dict[Measur
     return found
 
 
-def _shapes(motions: FloatArray) -> FloatArray:
+def _shapes(motions: FloatArray | ComplexArray) -> FloatArray | ComplexArray:
     """Return the independent motions of the sensors in a family, one each row."""
     directions, size = seen_directions(motions)
     return np.asarray((directions * size).T)
 
 
 def _motion(
-    shape: FloatArray,
+    shape: FloatArray | ComplexArray,
     sensors: Sequence[MeasuringPointSpec],
     ends: dict[MeasuringPointSpec, tuple[Freedom, int]],
 ) -> dict[int, ComplexArray]:

@@ -1,8 +1,8 @@
-"""A hammer test at rest: computed and measured functions and modes beside each other."""
+"""A hammer test: computed and measured functions and modes beside each other."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Annotated, Any, Literal
 
@@ -25,13 +25,14 @@ from solidwhirl.analyses.measured.spec import MeasuredSpec, MeasuringPointSpec, 
 from solidwhirl.analyses.unbalances import end_of
 from solidwhirl.analyses.work import EngineSize, Work
 from solidwhirl.core.blocks import AnalysisBlock, Text
-from solidwhirl.core.fields import MOST, several
+from solidwhirl.core.fields import MOST, NotNegative, several
 from solidwhirl.core.outcome import Outcome, PageSection
 from solidwhirl.rotordyn import AssembledSystem
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
-from solidwhirl.rotordyn.modal_test.families import by_mode, mode_families
-from solidwhirl.rotordyn.modal_test.functions import ORDERS, receptances
+from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
+from solidwhirl.rotordyn.modal_test.families import families_at_speed, mode_families
+from solidwhirl.rotordyn.modal_test.functions import ORDERS, receptances, with_modal_damping
 from solidwhirl.rotordyn.modal_test.places import interface_direction, place_direction
 
 _Points = Annotated[tuple[MeasuringPointSpec, ...], Field(min_length=1, max_length=200)]
@@ -39,12 +40,12 @@ _Ratio = Annotated[float, Field(ge=0, lt=1, allow_inf_nan=False, strict=True)]
 
 
 class ImpactTestSpec(base.Frequencies):
-    """A hammer test at rest: functions and modes, computed and measured."""
+    """A hammer test at rest or of a turning rotor: functions and modes, computed and measured."""
 
     section = PageSection(
         "impact-test",
         "Hammer tests",
-        "What a hammer and sensors find on the machine at rest, computed and measured.",
+        "What a hammer and sensors find on the machine, computed and measured.",
         115,
     )
     suffixes = (".png", "_modes.png", ".unv")
@@ -61,6 +62,7 @@ class ImpactTestSpec(base.Frequencies):
     damping_ratio: Annotated[
         tuple[_Ratio, ...], Field(min_length=1, max_length=MOST), BeforeValidator(several)
     ] = (0.0,)
+    speed_rpm: NotNegative = 0.0
     measured: MeasuredSpec | None = None
 
     @model_validator(mode="after")
@@ -68,6 +70,11 @@ class ImpactTestSpec(base.Frequencies):
         functions = len(self.hammers) * len(self.sensors)
         base.refuse_large("functions x frequencies", functions, self.frequency_count)
         return self
+
+    @property
+    def axial_places(self) -> tuple[str, ...]:
+        """Interfaces that are hit or watched along the axis."""
+        return tuple(str(p.at) for p in self.hammers + self.sensors if p.is_axial)
 
     def problems(self, ends_m: Mapping[str, tuple[float, float]]) -> Iterator[str]:
         """Yield what can not be had of points and files, each line beginning with a key.
@@ -94,6 +101,13 @@ class ImpactTestSpec(base.Frequencies):
             return None
         return read_measured(self.measured, self.hammers, self.sensors)
 
+    def shaft_speeds(
+        self, operating: Sequence[base.OperatingSpec], ratio: Callable[[str], float], where: str
+    ) -> Iterator[tuple[float, str]]:
+        """Yield its own speed."""
+        if self.speed_rpm:
+            yield self.speed_rpm, f"{where}.speed_rpm"
+
     def work(self, size: EngineSize) -> Work:
         """How much it has to solve."""
         return Work(eigenproblems=1.0, solves=float(self.frequency_count), results=10.0)
@@ -101,22 +115,27 @@ class ImpactTestSpec(base.Frequencies):
     def run(self, engine: base.Engine) -> Outcome:
         """Functions between all hammers and sensors, and modes beside the measured ones."""
         system = engine.system
-        families = mode_families(system)
+        kinds = frozenset("axial" if p.is_axial else "lateral" for p in self.hammers + self.sensors)
+        families = mode_families(system, kinds).with_damping(self.damping_ratio)
+        damped = with_modal_damping(system, families)
+        speed = self.speed_rpm * RAD_S_PER_RPM
+        if speed:
+            families = families_at_speed(damped, speed, kinds)
         hammers, sensors = (_rows(system, points) for points in (self.hammers, self.sensors))
         omega = self.frequencies_rad_s
-        damping = by_mode(families, self.damping_ratio)
-        moved = receptances(system, families, (sensors, hammers), omega, damping)
+        moved = receptances(damped, sensors, hammers, omega, speed)
         values = moved.T * (1j * omega) ** ORDERS[self.quantity]  # (hammer, sensor, frequency)
         highest, measured = self.frequency_max_hz, self.read()
         if measured is not None and measured.modes:
             highest = max(highest, 1.5 * measured.modes[-1].frequency_hz)
-        count = int((families.lateral_hz <= highest).sum())
+        count = int((families.family_hz <= highest).sum())
         unit = UNITS[self.quantity]
-        hertz = families.lateral_hz[:count].tolist()
-        ratios = [float(damping[families.family == k][0]) for k in range(count)]
+        hertz = families.family_hz[:count].tolist()
+        ratios = families.family_damping[:count].tolist()
         motions = [families.motion(sensors, k) for k in range(count)]
         document = {
             "quantity": self.quantity,
+            "speed_rpm": self.speed_rpm,
             "hammer": [point.name for point in self.hammers],
             "sensor": [point.name for point in self.sensors],
             "frequency_hz": (omega / (2.0 * np.pi)).tolist(),
@@ -185,7 +204,7 @@ def _rows(system: AssembledSystem, points: Sequence[MeasuringPointSpec]) -> Floa
             continue
         assert point.body is not None and point.at_m is not None
         try:
-            rows.append(place_direction(system, point.body, point.at_m, point.vector))
+            rows.append(place_direction(system, point.body, point.at_m, point.vector[:2]))
         except AnalysisError as error:
             raise AnalysisError(f"impact_test: {point.name!r}: {error}") from error
     return np.array(rows)

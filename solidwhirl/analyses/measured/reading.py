@@ -65,9 +65,9 @@ def read_measured(
 
 def freedom(point: MeasuringPointSpec, spec: MeasuredSpec) -> tuple[Freedom, int]:
     """Return the freedom of a file that a point is, along the positive axis, and its sign."""
-    along = spec.directions["xy".index(point.direction[-1])]
-    sign = -1 if point.direction.startswith("-") != along.startswith("-") else 1
-    return Freedom(point.node or 0, _AXES[along[-1]]), sign
+    along = point.vector @ _file_axes(spec)
+    number = int(np.abs(along).argmax())
+    return Freedom(point.node or 0, number + 1), int(along[number])
 
 
 def _universal(path: Path, spec: MeasuredSpec, points: _Points) -> UniversalFile:
@@ -182,7 +182,12 @@ def _mode(
 
 def file_place(at_m: float, spec: MeasuredSpec) -> FloatArray:
     """Return a place along the axis in the axes of a file, (3,), m."""
-    names = [d[-1] for d in spec.directions]
-    signs = [-1.0 if d.startswith("-") else 1.0 for d in spec.directions]
-    first, second = (s * np.eye(3)[_AXES[n] - 1] for s, n in zip(signs, names, strict=True))
-    return np.asarray(at_m * np.cross(first, second))
+    return np.asarray(at_m * _file_axes(spec)[2])
+
+
+def _file_axes(spec: MeasuredSpec) -> FloatArray:
+    """Return x, y and z of the scene in the axes of a file, one each row, (3, 3)."""
+    first, second = (
+        (-1.0 if d.startswith("-") else 1.0) * np.eye(3)[_AXES[d[-1]] - 1] for d in spec.directions
+    )
+    return np.array([first, second, np.cross(first, second)])

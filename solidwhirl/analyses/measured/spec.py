@@ -22,8 +22,7 @@ from solidwhirl.core.fields import (
 )
 from solidwhirl.rotordyn.core.arrays import FloatArray
 
-FileDirection = Literal["x", "y", "z", "-x", "-y", "-z"]
-_DIRECTIONS = {"x": (1.0, 0.0), "y": (0.0, 1.0), "-x": (-1.0, 0.0), "-y": (0.0, -1.0)}
+Direction = Literal["x", "y", "z", "-x", "-y", "-z"]
 
 
 class MeasuringPointSpec(Record):
@@ -33,7 +32,7 @@ class MeasuringPointSpec(Record):
     at: Place | None = None
     body: Name | None = None
     at_m: Finite | None = None
-    direction: Literal["x", "y", "-x", "-y"]
+    direction: Direction
     node: Count | None = None
 
     @model_validator(mode="after")
@@ -41,12 +40,20 @@ class MeasuringPointSpec(Record):
         along = (self.body is not None, self.at_m is not None)
         if (self.at is not None and any(along)) or (self.at is None and not all(along)):
             raise ValueError("give at, an interface, or body and at_m, a place along its axis")
+        if self.at is None and self.is_axial:
+            raise ValueError("direction: axial motion is known at interfaces alone; give at")
         return self
 
     @property
+    def is_axial(self) -> bool:
+        """Whether its direction is along the axis."""
+        return self.direction.endswith("z")
+
+    @property
     def vector(self) -> FloatArray:
-        """Its direction along x and y, (2,)."""
-        return np.array(_DIRECTIONS[self.direction])
+        """Its direction along x, y and z, (3,)."""
+        sign = -1.0 if self.direction.startswith("-") else 1.0
+        return np.asarray(sign * np.eye(3)["xyz".index(self.direction[-1])])
 
 
 class MeasuredSpec(Record):
@@ -58,7 +65,7 @@ class MeasuredSpec(Record):
         None
     )
     units: Literal["m_n", "mm_mn", "mm_n", "in_lbf", "ft_lbf"] | None = None
-    directions: tuple[FileDirection, FileDirection] = ("x", "y")
+    directions: tuple[Direction, Direction] = ("x", "y")
     sha256: dict[Name, str] = Field(default_factory=dict, max_length=2)
 
     @model_validator(mode="after")

@@ -121,6 +121,91 @@ def test_damped_accelerance_is_the_modal_sum():
     assert set(document["modes"]["count"]) == {2}
 
 
+def test_axial_receptance_of_a_free_rod_is_the_closed_form():
+    """u = −cos k(L − z)/(EA k sin kL); of the modes the axial ones alone, the first c/2L."""
+    ends = [{"name": n, "at": f"shaft.{n}", "direction": "-z"} for n in ("left", "middle")]
+    keys = {"hammers": [{**ends[0], "direction": "z"}], "sensors": ends, "quantity": "receptance",
+            "frequency_max_hz": 1500.0, "measured": {"frequencies_hz": [2500.0]}}  # fmt: skip
+    _, document = found(beam(**keys))
+    k = 2 * np.pi * np.array(document["frequency_hz"]) * np.sqrt(DENSITY / MODULUS)
+    wanted = np.cos(k * (LENGTH - np.array([[0.0], [0.5]]))) / (MODULUS * AREA * k * np.sin(k))
+    given = functions(document, "m_per_n")[0]
+    assert (np.abs(given - wanted) < 1e-3 * np.abs(wanted).max(axis=0)).all()
+    (paired,) = document["measured"]["modes"]
+    assert paired["computed"] == 1
+    assert paired["computed_hz"] == pytest.approx(np.sqrt(MODULUS / DENSITY) / 2, rel=1e-3)
+    with pytest.raises(SceneError, match="axial motion is known at interfaces alone"):
+        beam(sensors=[{"name": "a", "body": "shaft", "at_m": 0.2, "direction": "z"}])
+
+
+def turning_drum(folder=None, **keys):
+    """A stiff drum on two springs at its ends that are alike in x and y."""
+    corner = [("left", 0.0), ("right", 0.3)]
+    sensors = [
+        {"name": f"{n}_{d}", "at": f"drum.{n}", "direction": d, "node": k + 1}
+        for k, (n, _) in enumerate(corner)
+        for d in ("x", "y")
+    ]
+    test = {"kind": "impact_test", "frequency_max_hz": 300.0, "frequency_count": 40,
+            "hammers": sensors[1:2], "sensors": sensors, "quantity": "receptance",
+            "speed_rpm": 12000.0, **keys}  # fmt: skip
+    steel = {"density_kg_per_m3": 7800.0, "youngs_modulus_pa": 2e15, "poissons_ratio": 0.3}
+    data = {
+        "name": "drum",
+        "materials": {"stiff": steel},
+        "model": {"level": "beam", "estimates": "off"},
+        "bodies": {
+            "drum": {
+                "material": "stiff",
+                "sections": [
+                    {"name": "drum", "start_m": 0.0, "end_m": 0.3, "outer_radius_m": 0.15}
+                ],
+                "interfaces": [{"name": n, "kind": "section", "at_m": z} for n, z in corner],
+            }
+        },
+        "bearings": [
+            {"name": n, "first": f"drum.{n}", "stiffness_n_per_m": 1e7, "damping_n_s_per_m": c}
+            for (n, _), c in zip(corner, (2000.0, 4000.0), strict=True)
+        ],
+        "analyses": [test],
+    }
+    return parse_scene(data, folder=folder)
+
+
+def test_turning_rigid_body_is_the_closed_form(tmp_path):
+    """Four degrees of freedom by hand: functions, damped whirl; its own file is the same mode."""
+    outcome, document = found(turning_drum())
+    mass = 7800.0 * np.pi * 0.15**2 * 0.3
+    polar, tilt = mass * 0.15**2 / 2, mass * (0.15**2 / 4 + 0.3**2 / 12)
+    omega = 2 * np.pi * np.array(document["frequency_hz"])
+    # of z = x + iy and its slope along the axis: M q'' + (C − iΩG) q' + K q = f
+    arm = np.array([[1.0, -0.15], [1.0, 0.15]])
+    m, k = np.diag([mass, tilt]), 1e7 * arm.T @ arm
+    c = arm.T @ np.diag([2000.0, 4000.0]) @ arm - 1j * 400 * np.pi * np.diag([0, polar])
+
+    def circle(w):  # at the ends, of a force e^{iwt} at the left one
+        return arm @ np.linalg.solve(k + 1j * w * c - w**2 * m, arm[0])
+
+    # y = cos ωt: half a forward and half a backward circle, i (e^{iωt} + e^{−iωt})/2
+    ahead, back = (1j / 2 * np.array([circle(s * w) for w in omega]) for s in (1, -1))
+    x, y = ahead + back.conj(), -1j * (ahead - back.conj())
+    wanted = np.stack([x[:, 0], y[:, 0], x[:, 1], y[:, 1]])
+    given = functions(document, "m_per_n")[0]
+    assert (np.abs(given - wanted) < 1e-5 * np.abs(wanted).max()).all()
+    below = -np.linalg.solve(m, np.hstack([k, c]))
+    rates = np.linalg.eigvals(np.vstack([np.eye(2, 4, 2), below]))
+    modes = document["modes"]
+    rates = rates[np.argsort(np.abs(rates.imag))][: len(modes["frequency_hz"])]
+    assert modes["frequency_hz"] == pytest.approx(np.abs(rates.imag) / 2 / np.pi, rel=1e-5)
+    assert modes["damping_ratio"] == pytest.approx(-rates.real / np.abs(rates), rel=1e-4)
+    outcome.files["impact_test.unv"](tmp_path / "own.unv")
+    measured = {"functions": "own.unv", "modes": "own.unv"}
+    _, document = found(turning_drum(tmp_path, measured=measured))
+    back = document["measured"]["modes"]
+    assert [mode["computed"] for mode in back] == [1, 2, 3, 4][: len(rates)]
+    assert [mode["mac"] for mode in back] == pytest.approx(np.ones(len(rates)), abs=1e-9)
+
+
 @pytest.fixture(scope="module")
 def written(tmp_path_factory):
     """Functions and modes of the beam as a universal file, and its results."""
