@@ -62,9 +62,10 @@ class Identification:
         Of measurements, whether their deviations are as small as their uncertainties allow.
         """
         rows = self.problem.rows
-        if self.problem.is_measured:
-            probability = self.estimate.probability
-            return probability is None or probability >= UNLIKELY
+        probability = self.estimate.probability
+        if self.problem.is_measured and probability is not None:
+            return probability >= UNLIKELY
+        # as many measurements as parameters are met, but for a bound in the way
         within = np.abs(self.deviations) <= rows.tolerance
         return bool(within[rows.is_fitted].all())
 

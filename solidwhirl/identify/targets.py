@@ -119,6 +119,8 @@ def _value_problems(t: TargetSpec) -> Iterator[str]:
                 f"shape: {len(t.shape)} numbers at {len(t.at)} places; as many are needed, 2 at "
                 "least"
             )
+        elif len(set(t.at)) < len(t.at):
+            yield "at: a place is there twice; each has one number in the shape"
         elif not any(t.shape):
             yield "shape: all numbers are 0"
         if t.uncertainty is None:
@@ -126,6 +128,8 @@ def _value_problems(t: TargetSpec) -> Iterator[str]:
     else:
         if t.value == 0.0:
             yield "value: 0; deviations are relative, so the value may not be zero"
+        elif t.value < 0.0 and t.quantity != "center_of_gravity_m":
+            yield f"value: {t.value:g}; {t.quantity} is above zero"
         if t.shape or t.at:
             yield f"shape: {t.quantity} has no shape and no places"
 

@@ -194,10 +194,17 @@ _ISOTROPIC = {"materials": ": materials are isotropic and the same at all speeds
 
 def explained(error: ValidationError, root: type[BaseModel] = Scene) -> list[str]:
     """Lines for what pydantic says of a file whose content is that of a record."""
-    found = error.errors(include_url=False)
+    found = [e for e in error.errors(include_url=False) if not _is_of_its_items(e)]
     lines = [line for e in found[:_MAXIMUM_PROBLEMS] for line in _explained(e, root)]
     left = len(found) - _MAXIMUM_PROBLEMS
     return [*lines, f"and {left} more problems"] if left > 0 else lines
+
+
+def _is_of_its_items(error: Any) -> bool:
+    """Whether a list is called too short because its items, which are told, are wrong."""
+    items = error.get("input")
+    least = (error.get("ctx") or {}).get("min_length", 0)
+    return error["type"] == "too_short" and isinstance(items, list | tuple) and len(items) >= least
 
 
 def _explained(error: Any, root: type[BaseModel]) -> list[str]:

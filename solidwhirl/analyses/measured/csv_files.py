@@ -34,7 +34,9 @@ def read_functions(
     quantity = next((q for q, unit in UNITS.items() if f"real_{unit}" in head), None)
     if quantity is None:
         allowed = ", ".join(f"real_{unit}" for unit in UNITS.values())
-        raise MeasuredFileError(path, f"no column of real parts; allowed is one of {allowed}")
+        raise MeasuredFileError(
+            path, f"no column of real parts; allowed is one of {allowed}; the headings are {head}"
+        )
     numbers = ("frequency_hz", f"real_{UNITS[quantity]}", f"imaginary_{UNITS[quantity]}")
     _require(path, head, ("hammer", "sensor", *numbers))
     found: dict[tuple[str, str], list[list[float]]] = {}

@@ -126,6 +126,10 @@ def _functions(
                 frequency_hz=function.frequency_hz,
                 values=one * other * function.values,
             )
+    if not file.functions:
+        raise MeasuredFileError(
+            path, "no frequency response function (dataset 58 of function type 4)"
+        )
     if not found:
         there = sorted({(*f.response, *f.reference) for f in file.functions})[:8]
         raise MeasuredFileError(

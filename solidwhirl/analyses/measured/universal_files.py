@@ -5,6 +5,7 @@ Read and written by pyuff; what it lets pass is checked here.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -21,6 +22,8 @@ _TYPES = {quantity: code for code, quantity in _QUANTITIES.items()}
 _FORCE, _FREQUENCY, _FRF = 13, 18, 4
 _LABELS = {"receptance": "m", "mobility": "m/s", "accelerance": "m/s^2"}
 _READ = (15, 55, 58, 164, 2411)
+# Begin and end of a block as pyuff finds them; binary numbers do not end a line before one.
+_MARK = re.compile(rb"    -1(?=[\r\n]| {74}|\Z)")
 _MOST_BYTES = 500_000_000
 
 
@@ -57,12 +60,15 @@ def read_universal(path: Path, asked: str | None) -> UniversalFile:
     `asked`: units that the scene names. Raises MeasuredFileError: it can not be read, a block is
     broken, or its units are missing or contradict each other.
     """
-    blocks = _blocks(path)
+    blocks, not_read = _blocks(path)
     units = file_units(path, [b for _, b in blocks if b["type"] == 164], asked)
     notes = [] if units is None else [f"units by {units.said_by}"]
     of_functions = [(where, b) for where, b in blocks if b["type"] == 58]
     functions = [_function(path, w, b, units) for w, b in of_functions if b["func_type"] == _FRF]
     left = len(of_functions) - len(functions)
+    if not_read:
+        kinds = ", ".join(map(str, not_read))
+        notes.append(f"datasets that are not read are passed over: {kinds}")
     if left:
         notes.append(f"{left} functions that are no frequency response are left out")
     modes = [_mode(path, where, b) for where, b in blocks if b["type"] == 55]
@@ -74,8 +80,8 @@ def read_universal(path: Path, asked: str | None) -> UniversalFile:
     )
 
 
-def _blocks(path: Path) -> list[tuple[str, Mapping[str, Any]]]:
-    """Return the blocks that are read, each with what messages call it."""
+def _blocks(path: Path) -> tuple[list[tuple[str, Mapping[str, Any]]], list[int]]:
+    """Return the blocks that are read, each with what messages call it, and the kinds of others."""
     import pyuff
 
     try:
@@ -84,7 +90,7 @@ def _blocks(path: Path) -> list[tuple[str, Mapping[str, Any]]]:
         raise MeasuredFileError(path, f"can not be read: {error}") from error
     if content is None:
         raise MeasuredFileError(path, f"larger than {_MOST_BYTES} bytes")
-    marks = sum(line.rstrip() == b"    -1" for line in content.splitlines())
+    marks = len(_MARK.findall(content))
     file = pyuff.UFF(str(path))
     types = [int(t) for t in file.get_set_types()]
     if not types:
@@ -93,7 +99,7 @@ def _blocks(path: Path) -> list[tuple[str, Mapping[str, Any]]]:
         )
     if marks % 2:
         raise MeasuredFileError(
-            path, f"{marks} lines with -1, so that a block has no beginning or no end; it is broken"
+            path, f"{marks} marks -1, so that a block has no beginning or no end; it is broken"
         )
     found = []
     for k, kind in enumerate(types):
@@ -103,7 +109,7 @@ def _blocks(path: Path) -> list[tuple[str, Mapping[str, Any]]]:
                 found.append((where, file.read_sets(k)))
             except Exception as error:  # pyuff raises nothing narrower
                 raise MeasuredFileError(path, f"{where} is broken: it can not be read") from error
-    return found
+    return found, sorted(set(types) - {*_READ})
 
 
 def _function(

@@ -291,6 +291,23 @@ def test_broken_universal_files_are_refused(written, change, said):
     assert said in str(error.value)
 
 
+@pytest.mark.filterwarnings("ignore:unclosed file:ResourceWarning")  # pyuff's
+def test_binary_functions_and_headers(written):
+    """Binary numbers, which end no line before the end of their block, are those of the text."""
+    import pyuff
+
+    folder, own = written
+    sets = pyuff.UFF(str(folder / "own.unv")).read_sets()
+    binary = [s | {"binary": 1} if s["type"] == 58 else s for s in sets if s["type"] != 55]
+    pyuff.UFF(str(folder / "binary.unv")).write_sets(binary, "overwrite")
+    header = b"    -1\n   151\nmodel\n    -1\n"
+    (folder / "headed.unv").write_bytes(header + (folder / "binary.unv").read_bytes())
+    _, document = found(beam(folder, measured={"functions": "headed.unv"}))
+    given = document["measured"]["functions"][0]["real"]
+    np.testing.assert_allclose(given, np.array(own["real_m_per_s2_n"])[0, 0], rtol=1e-5)
+    assert document["measured"]["notes"][1] == "datasets that are not read are passed over: 151"
+
+
 def test_missing_units_are_told_and_can_be_given(written):
     folder, own = written
     name = changed(folder, "bare.unv", _without_units)

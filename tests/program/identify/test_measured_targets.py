@@ -163,6 +163,9 @@ def test_shape_of_its_own_model_is_met(tmp_path):
           "value": 1.0}], {}, r"targets\[1\].uncertainty: missing"),
         ([MODULUS], [mode(1, 1.0, quantity="mode_shape", at=["a.left"], shape=[1.0])], {},
          r"targets\[0\].shape: 1 numbers at 1 places"),
+        ([MODULUS], [mode(1, 1.0, quantity="mode_shape", at=["a.left"] * 2, shape=[1.0, 1.0])], {},
+         r"targets\[0\].at: a place is there twice"),
+        ([MODULUS], [mode(1, -180.0)], {}, r"targets\[0\].value: -180; frequency_hz is above zero"),
     ],
 )  # fmt: skip
 def test_measurements_that_are_refused(tmp_path, parameters, targets, settings, said):
