@@ -142,7 +142,10 @@ class RunUpSpec(Analysis):
         if len(kept) > _MOST_MODELS:
             raise ValueError(f"compare_flexible has {len(kept)} models; at most {_MOST_MODELS}")
         if self.compare_flexible and not self.unbalances:
-            raise ValueError("compare_flexible needs unbalances, which the responses refer to")
+            raise ValueError(
+                "compare_flexible needs unbalances: models are compared by the force through the "
+                "mount over theirs, and neither weight nor drives have one"
+            )
         if self.compare_flexible and not self.bands_hz:
             raise ValueError("compare_flexible needs bands_hz, in which models are compared")
         for low, high in self.bands_hz:
