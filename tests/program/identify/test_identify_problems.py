@@ -120,6 +120,12 @@ def test_all_problems_of_a_file_at_once(problem):
     assert len(caught.value.problems) == 2
 
 
+def test_list_of_wrong_entries_is_not_called_empty(problem):
+    with pytest.raises(SceneError, match="tolerance") as caught:
+        read_problem(problem(targets=[MASS | {"tolerance": 0.0}]))
+    assert len(caught.value.problems) == 1
+
+
 def test_problem_that_is_no_toml_is_refused(tmp_path):
     path = tmp_path / "bad.toml"
     path.write_text("name = ")

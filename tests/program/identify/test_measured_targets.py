@@ -142,6 +142,13 @@ def test_frequencies_do_not_tell_modulus_from_density(tmp_path, euler_rod):
     assert document(found)["identifiability"]["undetermined_directions"] >= 0
 
 
+def test_one_measurement_that_a_bound_keeps_away_is_not_met(tmp_path, euler_rod):
+    """No degree of freedom is left, so that there is no probability."""
+    for hertz, met in ((178.0, True), (300.0, False)):
+        found = identify(problem(tmp_path, {"a": 1.0}, [MODULUS], [mode(1, hertz)]))
+        assert (found.estimate.probability, found.met) == (None, met)
+
+
 def test_shape_of_its_own_model_is_met(tmp_path):
     """The first mode of a free rod moves both ends alike, whatever the scale of the test."""
     shape = {"name": "s1", "quantity": "mode_shape", "mode": 1, "at": ["a.left", "a.right"],
