@@ -188,6 +188,10 @@ def write_figure(figure: Figure, path: str | Path) -> None:
         _without_formulas(figure)
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "Glyph .* missing")  # drawn as a box
+            if kind == "png" and (layout := figure.get_layout_engine()):
+                # drawn with the figure's own renderer: laid out here, it is not drawn twice
+                layout.execute(figure)
+                figure.set_layout_engine(None)
             figure.savefig(temporary, format=kind, metadata=_UNDATED.get(kind))
 
 

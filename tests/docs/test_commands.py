@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 from pages import FOLLOWED, ROOT, blocks
+from typer.testing import CliRunner
+
+from solidwhirl.cli import app
 
 # Of the lines that a run prints: what differs from machine to machine.
 VARYING = (
@@ -60,7 +65,21 @@ def run_lines(text, folder):
     return done.returncode, done.stdout
 
 
-def follow(page, folder, wanted):
+def run_here(text, folder):
+    """The same with the commands of the program in this process, which has loaded it already."""
+    code, printed = 0, []
+    for chunk in re.findall(r"(?:^solidwhirl .*\n)|(?:^(?!solidwhirl ).*\n)+", text, re.MULTILINE):
+        if not chunk.startswith("solidwhirl "):
+            code, told = run_lines(chunk, folder)
+        else:
+            with contextlib.chdir(folder):
+                done = CliRunner().invoke(app, shlex.split(chunk)[1:], env={"COLUMNS": "200"})
+            code, told = done.exit_code, done.output
+        printed.append(told)
+    return code, "".join(printed)
+
+
+def follow(page, folder, wanted, run=run_lines):
     """Do what a page says; how many blocks of commands were run."""
     (folder / "scenes").symlink_to(ROOT / "scenes", target_is_directory=True)
     count, printed = 0, None
@@ -74,7 +93,7 @@ def follow(page, folder, wanted):
             continue
         printed = None
         if language == "sh" and mark in wanted:
-            code, printed = run_lines(text, folder)
+            code, printed = run(text, folder)
             # a page may show an error, which is then what it prints
             assert code == 0 or printed.startswith("error:"), f"{page}: {text}{printed}"
             count += 1
@@ -83,7 +102,7 @@ def follow(page, folder, wanted):
 
 @pytest.mark.parametrize("page", FOLLOWED)
 def test_cheap_commands_of_a_page(page, tmp_path):
-    assert follow(page, tmp_path, {"test"}) > 0
+    assert follow(page, tmp_path, {"test"}, run_here) > 0
 
 
 @pytest.mark.verify

@@ -18,6 +18,9 @@ from pages import FENCE, FOLLOWED, PAGES, ROOT, blocks, name_of
 from typer.testing import CliRunner
 
 from solidwhirl.cli import app, every_command
+from solidwhirl.output.documents import write_results
+from solidwhirl.pipeline.run import run_scene
+from solidwhirl.scene_reading.reader import read_scene
 
 BIN = Path(sys.executable).parent
 RUN = r"(?:mpirun [^`\n]*)?(?:\.venv/bin/)?"
@@ -186,9 +189,10 @@ def beams(tmp_path_factory):
     """Folder with the scenes, with a run of the twin rotor as beams, and with its inner rotor."""
     folder = tmp_path_factory.mktemp("beams")
     with_tree(folder)
-    run = ["run", str(ROOT / "scenes" / "ferraris.toml"), "--level", "beam", "--no-pictures"]
-    done = CliRunner().invoke(app, [*run, "--out", str(folder / "out" / "ferraris")])
-    assert done.exit_code == 0, done.output
+    scene = read_scene(ROOT / "scenes" / "ferraris.toml")
+    model = scene.model.model_copy(update={"level": "beam", "estimates": "off"})
+    results = run_scene(scene.model_copy(update={"model": model, "analyses": ()}))
+    write_results(results, folder / "out" / "ferraris", pictures=False)
     for name in BODIES:
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(folder / "out" / "ferraris" / "bodies" / "inner.h5", folder / name)

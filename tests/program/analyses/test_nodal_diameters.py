@@ -54,7 +54,7 @@ def _data(blades=(), **asked):
             }
         },
         "model": {
-            "size_m": 0.02, "corner_size_m": 0.008, "modes": 6,
+            "size_m": 0.02, "corner_size_m": 0.012, "modes": 6,
             "estimates": "off" if blades else "on",
         },
         "speeds": {"list_rpm": [0.0, 3000.0]},

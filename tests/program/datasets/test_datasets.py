@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 import xarray as xr
+from everything import everything
 from results_read import results_in
 
 from solidwhirl.analyses.registry import KINDS
@@ -43,10 +41,6 @@ from solidwhirl.rotordyn.response.maps import ground_motion_map
 from solidwhirl.rotordyn.response.unbalance import Unbalance, unbalance_response
 from solidwhirl.rotordyn.run_up.integration import run_up
 from solidwhirl.rotordyn.run_up.speed_profile import ramp_and_hold
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "page"))
-
-from everything import everything
 
 RPM = np.pi / 30.0
 

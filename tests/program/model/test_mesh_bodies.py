@@ -62,6 +62,7 @@ BEARINGS = [
     {"name": "rear", "first": "rotor.rear", "stiffness_n_per_m": [5e7, 8e7]},
 ]
 MODEL = {
+    "accuracy": 0.1,  # few elements around
     "modes": 4,
     "estimates": "off",
     "level": "solid",

@@ -57,7 +57,9 @@ def test_ended_branch_is_null_not_nan(computed, tmp_path):
         values[3, 5:] = absent
         ended[key] = values
     diagram = dataclasses.replace(results.campbell, **ended)
-    out = write_results(dataclasses.replace(results, campbell=diagram), tmp_path / "out")
+    out = write_results(
+        dataclasses.replace(results, campbell=diagram), tmp_path / "out", pictures=False
+    )
     written = results_in(out)["campbell"]
     assert written["frequency_hz"][3][5:] == [None] * 8
     assert written["log_decrement"][3][5:] == [None] * 8

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import tomllib
 from pathlib import Path
 
 import pytest
@@ -101,11 +100,6 @@ def test_unit_a_thousand_times_off(scene_data, scene, group, factor):
     for doubt in found:
         assert "expected" in doubt.mistake
         assert doubt.message.startswith(doubt.key)
-
-
-def test_no_scene_of_the_project_is_questioned(root):
-    for path in sorted((root / "scenes").glob("*.toml")):
-        assert doubts(tomllib.loads(path.read_text(encoding="utf-8"))) == (), path.name
 
 
 UNUSUAL = {

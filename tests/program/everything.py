@@ -1,4 +1,4 @@
-"""The run of `everything.toml`, once for all tests of sections."""
+"""The run of `everything.toml`, once for the tests of sections, datasets and files."""
 
 from __future__ import annotations
 
