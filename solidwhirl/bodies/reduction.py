@@ -96,7 +96,9 @@ class BodyResult:
     @property
     def shown_mesh(self) -> Mesh:
         """The mesh without what lies twice in it."""
-        from solidwhirl.meshing.own.joined import without_copies
+        if self.mesh.parts is None:
+            return self.mesh
+        from solidwhirl.meshing.own.joined import without_copies  # with all that meshes
 
         return without_copies(self.mesh)
 
