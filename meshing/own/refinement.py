@@ -5,7 +5,6 @@ from __future__ import annotations
 from itertools import combinations
 
 import numpy as np
-import scipy
 
 from solidwhirl.geometry import Body, merge_fillets, subdivide
 from solidwhirl.meshing.errors import MeshingError
@@ -34,9 +33,11 @@ def meridian_errors(
     `points`, `cells`: corners (m, 3) of the elements of a revolved sector, and (c, 4) of each.
     `errors`: (c,) of the elements. Returned: points (k, 2), triangles (t, 3), errors (t,).
     """
+    from scipy.spatial import cKDTree  # plans need the sizes alone
+
     flat = np.flatnonzero(np.abs(points[:, 1]) <= _IN_PLANE * np.abs(points).max())
     z_r = np.column_stack([points[:, 2], np.hypot(points[:, 0], points[:, 1])])
-    _, below = scipy.spatial.cKDTree(z_r[flat]).query(z_r)
+    _, below = cKDTree(z_r[flat]).query(z_r)
     # of the four corners two lie on the circle of one node
     around = np.sort(below[cells], axis=1)
     twice = np.argmax(around[:, 1:] == around[:, :-1], axis=1)

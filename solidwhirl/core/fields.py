@@ -51,7 +51,7 @@ class _Written:
 _number = partial(core_schema.float_schema, le=_LARGEST, allow_inf_nan=False, strict=True)
 
 
-def _sized(**least: float) -> CoreSchema:
+def _sized(**least: Any) -> CoreSchema:
     return core_schema.no_info_after_validator_function(_not_tiny, _number(**least))
 
 
