@@ -12,8 +12,13 @@ if TYPE_CHECKING:
     from solidwhirl.meshing.own.files import write_gmsh, write_vtu
     from solidwhirl.meshing.own.meridian import MINIMUM_SCALED_JACOBIAN, mesh_meridian
     from solidwhirl.meshing.own.quality import scaled_jacobians, straighten
-    from solidwhirl.meshing.own.refinement import CORNER_RATE, refined_sector, refined_size
-    from solidwhirl.meshing.own.revolved import meridian_errors, mesh_revolved
+    from solidwhirl.meshing.own.refinement import (
+        CORNER_RATE,
+        meridian_errors,
+        refined_sector,
+        refined_size,
+    )
+    from solidwhirl.meshing.own.revolved import mesh_revolved
     from solidwhirl.meshing.own.solid import mesh_solid
     from solidwhirl.meshing.records import (
         FloatArray,

@@ -84,9 +84,8 @@ def own_parts(mesh: Mesh) -> tuple[Mesh, ...]:
 
 
 def without_copies(mesh: Mesh) -> Mesh:
-    """Return a mesh without the copies of its drum, which lie where the drum does."""
-    if mesh.parts is None:
-        return mesh
+    """Return a joined mesh without the copies of its drum, which lie where the drum does."""
+    assert mesh.parts is not None
     is_own = np.array([not shift for shift in mesh.parts.shifts])
     return _cells_of(mesh, is_own[mesh.parts.cell_part])
 

@@ -64,6 +64,17 @@ _PARTS = 8
 _IN_PLANE = 1e-9
 # No piece is divided more often: a corner 2^-40 as large as the body is no corner.
 _DIVISIONS = 40
+# Corners of the four triangles that the middles of its edges make of one, and of the halves of a
+# line.
+_QUARTERS = 0.5 * np.array(
+    [
+        *((2, 0, 0), (1, 1, 0), (1, 0, 1)),
+        *((1, 1, 0), (0, 2, 0), (0, 1, 1)),
+        *((1, 0, 1), (0, 1, 1), (0, 0, 2)),
+        *((1, 1, 0), (0, 1, 1), (1, 0, 1)),
+    ]
+)
+_HALVES = 0.5 * np.array([(2, 0), (1, 1), (1, 1), (0, 2)])
 #: Meridian, revolved meridian, or tetrahedra of a mesher.
 MeshKind = Literal["harmonic", "revolved", "solid"]
 _Density = Callable[[FloatArray, FloatArray], FloatArray]
@@ -475,15 +486,7 @@ def _over_faces(
     owner = np.repeat(np.arange(len(corners)), [len(p) - 2 for p in corners])
     flat = doubled_areas(fan) == 0.0
     fan, owner = fan[~flat], owner[~flat]
-    return np.abs(_added_up((fan, owner), size, density, _quartered))
-
-
-def _quartered(triangles: FloatArray) -> FloatArray:
-    """Four triangles of every one, by the middles of its edges, (4, n, 3, 2)."""
-    a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
-    ab, bc, ca = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)
-    parts = ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))
-    return np.stack([np.stack(part, axis=1) for part in parts])
+    return np.abs(_added_up((fan, owner), size, density, _QUARTERS))
 
 
 def _along_curves(
@@ -506,29 +509,23 @@ def _along_curves(
     found = np.zeros(len(largest))
     for density in dict.fromkeys(densities):
         own = np.array([c for c, other in enumerate(densities) if other is density])
-        found += _added_up((lines[own], own), size, density, _halved)
+        found += _added_up((lines[own], own), size, density, _HALVES)
     return found
-
-
-def _halved(lines: FloatArray) -> FloatArray:
-    """Two lines of every one, (2, n, 2, 2)."""
-    a, b = lines[:, 0], lines[:, 1]
-    middle = 0.5 * (a + b)
-    return np.stack([np.stack([a, middle], axis=1), np.stack([middle, b], axis=1)])
 
 
 def _added_up(
     pieces: tuple[FloatArray, IntArray],
     size: _ElementSize,
     density: _Density,
-    divided: Callable[[FloatArray], FloatArray],
+    divided: FloatArray,
 ) -> FloatArray:
     """Integral of density(x, h(x)) over every face or curve, in pieces on which h hardly changes.
 
     `pieces`: corners (n, c, 2) and the numbers (n,) of the faces or curves that they are of;
-    `divided`: makes k equal pieces of every one, half as long, (k, n, c, 2).
+    `divided`: corners of k equal parts of every piece, half as long, by its own, (k c, c).
     """
     corners, owner = pieces
+    count = len(divided) // corners.shape[1]
     total = np.zeros(len(size.bounds))
     sides = corners - np.roll(corners, 1, axis=1)
     length = np.hypot(sides[..., 0], sides[..., 1]).max(axis=1)
@@ -541,10 +538,9 @@ def _added_up(
         done = (change <= _CHANGE * graded) | (graded - change >= bound)
         found = measure[done] * density(middle[done], np.minimum(graded, bound)[done])
         total += np.bincount(owner[done], found, minlength=len(total))
-        left = np.flatnonzero(~done)
-        parts = divided(corners[left])
-        corners = parts.reshape(-1, *corners.shape[1:])
+        left = ~done
+        corners = (divided @ corners[left]).reshape(-1, *corners.shape[1:])
         owner, length, measure = (
-            np.tile(v[left], len(parts)) for v in (owner, 0.5 * length, measure / len(parts))
+            v[left].repeat(count) for v in (owner, 0.5 * length, measure / count)
         )
     return total

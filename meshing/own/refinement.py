@@ -21,6 +21,30 @@ _CORNER_SHARE, _SMOOTH_SHARE = 0.4, 0.5
 _FINER, _COARSER, _CORNER_FINER = 0.2, 2.0, 1e-3
 # The same of tetrahedra at an edge, and how many come for each of them where the edge is halved.
 _EDGE_FINER, _EDGE_PRICE = 0.05, 4.0
+# Points are in the plane of a meridian up to this part of the size.
+_IN_PLANE = 1e-9
+
+
+def meridian_errors(
+    points: FloatArray, cells: IntArray, errors: FloatArray
+) -> tuple[FloatArray, IntArray, FloatArray]:
+    """Add the errors of the tetrahedra of every triangle that was revolved.
+
+    `points`, `cells`: corners (m, 3) of the elements of a revolved sector, and (c, 4) of each.
+    `errors`: (c,) of the elements. Returned: points (k, 2), triangles (t, 3), errors (t,).
+    """
+    from scipy.spatial import cKDTree  # plans need the sizes alone
+
+    flat = np.flatnonzero(np.abs(points[:, 1]) <= _IN_PLANE * np.abs(points).max())
+    z_r = np.column_stack([points[:, 2], np.hypot(points[:, 0], points[:, 1])])
+    _, below = cKDTree(z_r[flat]).query(z_r)
+    # of the four corners two lie on the circle of one node
+    around = np.sort(below[cells], axis=1)
+    twice = np.argmax(around[:, 1:] == around[:, :-1], axis=1)
+    once = around[np.arange(4) != twice[:, None]].reshape(-1, 3)
+    triangles, owner = np.unique(once, axis=0, return_inverse=True)
+    added = np.bincount(owner.ravel(), errors, len(triangles))
+    return z_r[flat], np.asarray(triangles), added.astype(float)
 
 
 def refined_size(

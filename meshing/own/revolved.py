@@ -14,7 +14,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import scipy
 
 from solidwhirl.geometry import Body
 from solidwhirl.meshing.errors import MeshingError
@@ -86,26 +85,6 @@ def revolved(meridian: Mesh, sectors: int | None = None) -> Mesh:
         quality=quality,
         sector=Sector(count=count, mirrored=True),
     )
-
-
-def meridian_errors(
-    points: FloatArray, cells: IntArray, errors: FloatArray
-) -> tuple[FloatArray, IntArray, FloatArray]:
-    """Add the errors of the tetrahedra of every triangle that was revolved.
-
-    `points`, `cells`: corners (m, 3) of the elements of a revolved sector, and (c, 4) of each.
-    `errors`: (c,) of the elements. Returned: points (k, 2), triangles (t, 3), errors (t,).
-    """
-    flat = np.flatnonzero(np.abs(points[:, 1]) <= _NEAR * np.abs(points).max())
-    z_r = np.column_stack([points[:, 2], np.hypot(points[:, 0], points[:, 1])])
-    _, below = scipy.spatial.cKDTree(z_r[flat]).query(z_r)
-    # of the four corners two lie on the circle of one node
-    around = np.sort(below[cells], axis=1)
-    twice = np.argmax(around[:, 1:] == around[:, :-1], axis=1)
-    once = around[np.arange(4) != twice[:, None]].reshape(-1, 3)
-    triangles, owner = np.unique(once, axis=0, return_inverse=True)
-    added = np.bincount(owner.ravel(), errors, len(triangles))
-    return z_r[flat], np.asarray(triangles), added.astype(float)
 
 
 def sectors_of(meridian: Mesh) -> int:

@@ -12,7 +12,6 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-import scipy
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.coordinates import Rows, seat_motion, tooth_motion
@@ -187,9 +186,11 @@ def _transformation(system: System, slices: Mapping[str, slice]) -> tuple[FloatA
 def _spanning_tree(total: int, links: list[_Link]) -> dict[int, list[tuple[int, float]]]:
     """Return the neighbours of each coordinate and of the ground in the strongest tree."""
     tree: dict[int, list[tuple[int, float]]] = {i: [] for i in range(GROUND, total)}
-    groups = scipy.cluster.hierarchy.DisjointSet(range(GROUND, total))
+    group = np.arange(total + 1)  # the ground is the last
     for link in links:
-        if groups.merge(link.first, link.second):
+        first, second = group[link.first], group[link.second]
+        if first != second:
+            group[group == second] = first
             tree[link.first].append((link.second, link.strength))
             tree[link.second].append((link.first, link.strength))
     return tree

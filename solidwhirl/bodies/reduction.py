@@ -96,7 +96,9 @@ class BodyResult:
     @property
     def shown_mesh(self) -> Mesh:
         """The mesh without what lies twice in it."""
-        from solidwhirl.meshing.own.joined import without_copies
+        if self.mesh.parts is None:
+            return self.mesh
+        from solidwhirl.meshing.own.joined import without_copies  # with all that meshes
 
         return without_copies(self.mesh)
 
@@ -140,7 +142,7 @@ def _passed(scene: Scene, plan: Plan, name: str) -> int:
         return 0
     parts = scene.bodies[name].sections
     span = [(s.start_m, s.end_m) for s in parts]
-    square = [np.mean(s.outer_radius_m) ** 2 + np.mean(s.inner_radius_m) ** 2 for s in parts]
+    square = [(sum(s.outer_radius_m) ** 2 + sum(s.inner_radius_m) ** 2) / 4.0 for s in parts]
     weight = [end - start for start, end in span]
     gyration = 0.5 * np.sqrt(np.average(square, weights=weight))
     length = max(end for _, end in span) - min(start for start, _ in span)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -13,10 +14,12 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
+    GetCoreSchemaHandler,
     ValidationInfo,
     WithJsonSchema,
 )
 from pydantic.fields import FieldInfo
+from pydantic_core import CoreSchema, core_schema
 
 # strict: whole numbers stand for floats, but texts and true or false for no number
 # far beyond every rotor, and far from where products of a few numbers overflow
@@ -30,10 +33,31 @@ def _not_tiny(value: float) -> float:
     return value
 
 
-_Sized = AfterValidator(_not_tiny)
-Positive = Annotated[float, Field(gt=0, le=_LARGEST, allow_inf_nan=False, strict=True), _Sized]
-NotNegative = Annotated[float, Field(ge=0, le=_LARGEST, allow_inf_nan=False, strict=True), _Sized]
-Finite = Annotated[float, Field(ge=-_LARGEST, le=_LARGEST, allow_inf_nan=False, strict=True)]
+class _Written:
+    """A kind of number with its schema written down; pydantic else derives it for every key anew.
+
+    Scenes have some two hundred keys of these kinds.
+    """
+
+    def __init__(self, schema: Callable[[], CoreSchema]) -> None:
+        self._schema = schema
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        return self._schema()
+
+
+_number = partial(core_schema.float_schema, le=_LARGEST, allow_inf_nan=False, strict=True)
+
+
+def _sized(**least: Any) -> CoreSchema:
+    return core_schema.no_info_after_validator_function(_not_tiny, _number(**least))
+
+
+Positive = Annotated[float, _Written(partial(_sized, gt=0))]
+NotNegative = Annotated[float, _Written(partial(_sized, ge=0))]
+Finite = Annotated[float, _Written(partial(_number, ge=-_LARGEST))]
 Count = Annotated[int, Field(ge=1, strict=True)]
 Place = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,63}\.[A-Za-z][A-Za-z0-9_-]{0,63}$")]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,63}$")]

@@ -7,9 +7,9 @@ import io
 import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from html import escape
 from pathlib import Path
 from typing import Any
-from xml.sax.saxutils import quoteattr
 
 import h5py
 import numpy as np
@@ -104,7 +104,7 @@ def _write_array(out: io.StringIO, name: str, values: Array, *, field: bool = Fa
     more = f' NumberOfComponents="{array.shape[1]}"' if array.ndim == 2 else ""
     if field:
         more += f' NumberOfTuples="{len(array)}"'
-    out.write(f'<DataArray type="{kind}" Name={quoteattr(name)}{more} format="binary">\n')
+    out.write(f'<DataArray type="{kind}" Name="{escape(name)}"{more} format="binary">\n')
     out.write(_packed(array.tobytes()))
     out.write("\n</DataArray>\n")
 
@@ -154,7 +154,7 @@ def _put(group: h5py.Group, name: str, values: Array) -> None:
 def write_pvd(files: Sequence[tuple[float, str]], path: Path) -> None:
     """Write a series of files."""
     lines = [
-        f'<DataSet timestep="{time:.12g}" group="" part="0" file={quoteattr(name)}/>'
+        f'<DataSet timestep="{time:.12g}" group="" part="0" file="{escape(name)}"/>'
         for time, name in files
     ]
     replace_text(

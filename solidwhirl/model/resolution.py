@@ -11,8 +11,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from solidwhirl.geometry import Body, symmetry
 from solidwhirl.meshing import CORNER_RATE, MeshSize
 from solidwhirl.scene.records import ModelSpec
@@ -84,7 +82,7 @@ def choose_resolution(body: Body, level: str, model: ModelSpec) -> Resolution:
         wanted, constant, rate = model.accuracy, _SAFETY * _CORNER_ERROR[degree], CORNER_RATE
     share = (wanted / constant) ** (1.0 / rate)
     coarsest = 1.0 if adapted else 0.3
-    corner = model.corner_size_m or thinnest * float(np.clip(share, 1e-5, coarsest))
+    corner = model.corner_size_m or thinnest * min(max(share, 1e-5), coarsest)
     if model.corner_size_m is None and model.size_m is not None:
         corner = min(corner, model.size_m)
     largest = model.size_m or 0.25 * _extent(body)

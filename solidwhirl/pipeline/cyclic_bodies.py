@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from solidwhirl.analyses.nodal_diameters.results import CyclicSource
-from solidwhirl.bodies.reduction import BodyResult
+from solidwhirl.bodies.reduction import BodyResult, mesh_body
 from solidwhirl.core.stages import Stage, StageName
 from solidwhirl.geometry import Body
-from solidwhirl.meshing import Mesh, mesh_meridian
+from solidwhirl.meshing import Mesh
 from solidwhirl.pipeline.body_stages import Job
 from solidwhirl.rotordyn import AnalysisError
 from solidwhirl.rotordyn.nodal_diameters import CyclicBody
@@ -38,7 +39,7 @@ def cyclic_source(job: Job, reduced: Mapping[str, BodyResult], name: str) -> Cyc
                 f"body {name!r} is meshed as a whole; nodal diameters need a body of sections, or "
                 "a sector of equal ones"
             )
-        mesh = mesh_meridian(found.body, found.discretisation.size)
+        mesh = mesh_body(found.body, "harmonic", replace(found.discretisation, local=None))
 
     def reduce(held: Sequence[str], indices: Sequence[int], modes: int) -> tuple[CyclicBody, Any]:
         return _reduced(job, found, mesh, (held, indices, modes))

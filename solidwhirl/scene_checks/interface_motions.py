@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import lru_cache
 
 import numpy as np
 
@@ -71,11 +72,15 @@ def _actions(scene: Scene) -> Iterator[tuple[str, str, str]]:
                 yield f"{name}.{disk.interface}", motion, disk.name
 
 
-def _of_bearing(bearing: BearingSpec) -> Iterator[str]:
+@lru_cache(maxsize=256)
+def _of_bearing(bearing: BearingSpec) -> tuple[str, ...]:
+    """Motions beside the lateral ones that a bearing acts on; a plan asks for every effect."""
+    found: list[str] = []
     for effect, motions in _MOTIONS.items():
         keys = [key for key in BearingSpec.model_fields if key.startswith(effect)]
         acts = any(np.any(np.asarray(getattr(bearing, key))) for key in keys)
-        yield from (m for m in motions if acts or m in bearing.rigid)
+        found += (m for m in motions if acts or m in bearing.rigid)
+    return tuple(found)
 
 
 def carried_motions(scene: Scene, on: set[str]) -> dict[str, tuple[str, ...]]:
