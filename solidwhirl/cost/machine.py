@@ -55,7 +55,7 @@ def this_machine() -> Machine:
 
 @cache
 def _by_rates() -> Machine:
-    """This machine by its rates, which one process measures once."""
+    """Return this machine by its rates, which one process measures once."""
     return uniform(1.0 / machine_speed().relative_to(REFERENCE_SPEED))
 
 
