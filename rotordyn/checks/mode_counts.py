@@ -79,7 +79,6 @@ def _shift(matrices: PlainMatrices, listed: ComplexArray, frequency_max_hz: floa
 def all_listed(
     matrices: PlainMatrices,
     roots: ComplexArray,
-    *,
     count: int,
     frequency_max_hz: float | None = None,
 ) -> bool:

@@ -153,10 +153,12 @@ def check_campbell(
         if plain.depends_on_frequency:
             continue
         matrices = plain.at(float(speed))
-        wanted = {"count": branch_count, "frequency_max_hz": frequency_max_hz}
-        if all(miss.share <= 1.0 for miss in found) and all_listed(matrices, column, **wanted):
+        are_roots = all(miss.share <= 1.0 for miss in found)
+        if are_roots and all_listed(matrices, column, branch_count, frequency_max_hz):
             continue
-        missing = missing_modes(matrices, column, **wanted)
+        missing = missing_modes(
+            matrices, column, count=branch_count, frequency_max_hz=frequency_max_hz
+        )
         place = f"at {speed * RPM_PER_RAD_S:.6g} rpm"
         faults += [f"{place} {mode.imag / (2.0 * np.pi):.6g} Hz" for mode in missing]
     text = f"at {chosen.size} of {speeds_rad_s.size} speeds"

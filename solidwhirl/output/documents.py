@@ -28,7 +28,8 @@ from solidwhirl.estimates.documents import (
 )
 from solidwhirl.estimates.results import Estimates
 from solidwhirl.files.run_folder import SCENE, claimed, replacing_files, reserve
-from solidwhirl.meshing import write_gmsh, write_vtu
+from solidwhirl.files.vtk_files import mesh_grid, write_vtu
+from solidwhirl.meshing import write_gmsh
 from solidwhirl.meshing.imported.records import MeshedBody
 from solidwhirl.model.interface_documents import interfaces_document
 from solidwhirl.model.mesh_bodies import source_document
@@ -290,8 +291,9 @@ def _write_all(results: Results, document: dict[str, Any], folder: Path) -> None
     (folder / "bodies").mkdir()
     (folder / "meshes").mkdir()
     for name, result in results.bodies.items():
-        write_vtu(result.shown_mesh, folder / "meshes" / f"{name}.vtu")
-        write_gmsh(result.shown_mesh, folder / "meshes" / f"{name}.msh")
+        mesh = result.shown_mesh
+        write_vtu(mesh_grid(mesh), folder / "meshes" / f"{name}.vtu")
+        write_gmsh(mesh, folder / "meshes" / f"{name}.msh")
     for name, element in results.elements.items():
         path = folder / "bodies" / f"{name}.h5"
         reserve(path, _size_bytes(element))
