@@ -277,10 +277,9 @@ def _above(plain: PlainSystem, speed: float, ratio: float) -> int | None:
     line = ratio * speed
     matrices = plain.at(float(speed), 1j * line)
     if is_counted_by_signs(matrices):
-        below, too = (
-            modes_below(matrices, line * (1.0 + d)) for d in (-_ON_THE_LINE, _ON_THE_LINE)
-        )
-        return len(matrices.mass) - below if below == too else None
+        sides = (1.0 - _ON_THE_LINE, 1.0 + _ON_THE_LINE)
+        below, at_most = (modes_below(matrices, side * line) for side in sides)
+        return len(matrices.mass) - below if below == at_most else None
     away = full_spectrum(matrices, line).imag - line
     if (np.abs(away) <= _ON_THE_LINE * line).any():
         return None
