@@ -9,7 +9,7 @@ from solidwhirl.rotordyn.core.later import import_later
 
 if TYPE_CHECKING:
     from solidwhirl.meshing.errors import MeshingError
-    from solidwhirl.meshing.own.files import write_gmsh, write_vtu
+    from solidwhirl.meshing.own.files import write_gmsh
     from solidwhirl.meshing.own.meridian import MINIMUM_SCALED_JACOBIAN, mesh_meridian
     from solidwhirl.meshing.own.quality import scaled_jacobians, straighten
     from solidwhirl.meshing.own.refinement import (
@@ -50,7 +50,6 @@ __all__ = [
     "scaled_jacobians",
     "straighten",
     "write_gmsh",
-    "write_vtu",
 ]
 
 import_later(__name__)

@@ -142,6 +142,14 @@ class Mesh:
         return int(self.points.shape[1])
 
     @property
+    def points_in_space(self) -> FloatArray:
+        """Nodes x, y, z [m], (n, 3): a meridian in the plane y = 0 with x = r, in the solid."""
+        if self.dimension == 3:
+            return self.points
+        z, r = self.points.T
+        return np.column_stack([r, np.zeros(len(r)), z])
+
+    @property
     def facet_sets(self) -> Mapping[str, IntArray]:
         """Facets of the interfaces, and of either side of joints (`seat_name`)."""
         sides = {

@@ -44,6 +44,9 @@ def branch_numbers(assembled: AssembledSystem, diagram: Campbell, modes: Modes) 
     if not len(diagram.eigenvalues) or not numbers.size:
         return numbers
     for place in _anchors(diagram, modes.speed_rad_s):
+        there = np.flatnonzero(np.isfinite(diagram.eigenvalues[:, place]))
+        if np.isin(there, numbers - 1).all():
+            continue  # following them would find nothing new
         branches, found = _at_speed(assembled, diagram, place, modes.speed_rad_s)
         new = ~np.isin(branches, numbers - 1)
         if not new.any():

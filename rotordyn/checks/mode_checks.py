@@ -6,9 +6,9 @@ import numpy as np
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, matrices_at_speed
-from solidwhirl.rotordyn.checks.mode_counts import missing_modes
+from solidwhirl.rotordyn.checks.mode_counts import missing_modes, modes_below
 from solidwhirl.rotordyn.checks.plain_checks import COUNT, ROOTS, root_misses, worst_of
-from solidwhirl.rotordyn.checks.plain_system import PlainMatrices, PlainSystem
+from solidwhirl.rotordyn.checks.plain_system import PlainSystem
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.modes.eigen import Modes
@@ -120,21 +120,6 @@ def _factor(stiffness: FloatArray, mass: FloatArray, slowest: float) -> FloatArr
         if (np.diag(lower) > least).all():
             return np.asarray(lower)
     raise AnalysisError("the mass matrix is not positive definite; every coordinate needs inertia")
-
-
-def modes_below(matrices: PlainMatrices, frequency_rad_s: float) -> int:
-    """Count the modes ω < σ of a conservative system at rest, rigid motions among them.
-
-    They are as many as K − σ²M has negative eigenvalues (Sylvester's law of inertia), which are
-    read from LDLᵀ with blocks of one and two rows (Bunch and Kaufman 1977); a block of two has one.
-    """
-    square = frequency_rad_s**2
-    scale = np.abs(np.diag(matrices.stiffness)) + square * np.diag(matrices.mass)
-    shifted = (matrices.stiffness - square * matrices.mass) / np.sqrt(np.outer(scale, scale))
-    factors, pivots, _ = la.lapack.dsytrf(shifted, lower=1)
-    single = pivots > 0
-    negative = np.count_nonzero(np.diag(factors)[single] < 0)
-    return int(negative + np.count_nonzero(~single) // 2)
 
 
 def _products(assembled: AssembledSystem, modes: Modes, rounding: float) -> list[Invariant]:

@@ -1,4 +1,4 @@
-"""Which modes of a system a diagram lacks, by the full spectrum of the matrices as they are.
+"""Which modes of a system a diagram lacks, by signs or by the full spectrum of its matrices.
 
 Nothing of how the diagram was made is used: neither the forms of isotropic and conservative
 systems, nor the scaling, nor the following of branches.
@@ -21,6 +21,9 @@ _HARDLY_TURNING = 1e-5
 _ZERO = 1e-5
 # A shift nearer to an eigenvalue than this (1/ν) drowns the others; take another one.
 _HIT = 1e6
+_EPS = float(np.finfo(float).eps)
+# The least eigenvalue of a stiffness that is positive, in roundings of it.
+_ROUNDINGS = 64.0
 
 
 def missing_modes(
@@ -39,10 +42,7 @@ def missing_modes(
     """
     listed = np.sort_complex(np.asarray(found)[np.isfinite(found)])
     shift = _shift(matrices, listed, frequency_max_hz)
-    highest = max(2.0 * np.pi * (frequency_max_hz or 0.0), np.abs(listed).max(initial=shift))
-    values = _conservative_spectrum(matrices, highest)
-    if values is None:
-        values = full_spectrum(matrices, shift)
+    values = full_spectrum(matrices, shift)
     values = values[(values.imag > 0) & (np.abs(values) > _ZERO * shift)]
     values = values[np.argsort(values.imag)]
     sure = values.imag > _HARDLY_TURNING * np.abs(values)
@@ -76,33 +76,82 @@ def _shift(matrices: PlainMatrices, listed: ComplexArray, frequency_max_hz: floa
     return float(np.sqrt(rates)) if rates > 0 else 1.0
 
 
-def _conservative_spectrum(matrices: PlainMatrices, highest: float) -> ComplexArray | None:
-    """Return λ = iω, ω > 0, without damping and with K positive definite; else None.
+def all_listed(
+    matrices: PlainMatrices,
+    roots: ComplexArray,
+    count: int,
+    frequency_max_hz: float | None = None,
+) -> bool:
+    """Whether signs show that roots of a system are all of its lowest modes.
 
-    The state matrix of 1/λ is skew: its square is symmetric, with every −1/ω² twice. The rounding
-    of the largest drowns the others where a motion is all but rigid: None if it does up to the
-    `highest` |λ| that matters, 1/s.
+    `roots`: known to be roots, shape (m,). `count`, `frequency_max_hz`: as of `missing_modes`.
+    False too where signs do not tell, see `is_counted_by_signs`.
     """
-    stiffness, velocity = matrices.stiffness, matrices.velocity
-    diagonal = np.diag(stiffness)
-    eps = 4.0 * np.finfo(float).eps
-    damped = np.abs(velocity + velocity.T) > eps * matrices.sizes[1]
-    skew = np.abs(stiffness - stiffness.T) > eps * matrices.sizes[2]
-    if damped.any() or skew.any() or not (diagonal > 0).all():
-        return None
-    outer = 1.0 / np.sqrt(np.outer(diagonal, diagonal))
-    try:
-        lower = la.cholesky(outer * stiffness, lower=True)
-    except la.LinAlgError:
-        return None
-    half = la.solve_triangular(lower, la.cholesky(outer * matrices.mass, lower=True), lower=True)
-    turning = la.solve_triangular(lower, outer * velocity, lower=True)
-    turning = la.solve_triangular(lower, turning.T, lower=True).T
-    state = np.block([[-turning, -half], [half.T, np.zeros_like(half)]])
-    squares = la.eigvalsh(state.T @ state)[::-2]
-    if len(state) * eps * squares[0] * highest**2 > _FOUND:
-        return None
-    return np.asarray(1j / np.sqrt(squares[squares > 0]))
+    rising = np.sort(roots.imag)
+    if frequency_max_hz is None:
+        rising = rising[:count]
+        top = float(rising.max(initial=0.0)) * (1.0 + _FOUND)
+    else:
+        top = 2.0 * np.pi * frequency_max_hz * (1.0 - _FOUND)
+        rising, count = rising[rising <= top], int(np.count_nonzero(rising <= top))
+    if not count or rising.size < count or not is_counted_by_signs(matrices):
+        return False
+    if modes_below(matrices, top) != count:
+        return False
+    # a root that is listed twice may hide another one
+    groups = np.split(rising, np.flatnonzero(np.diff(rising) > 2.0 * _FOUND * rising[1:]) + 1)
+    return all(_are_in_group(matrices, group) for group in groups if group.size > 1)
+
+
+def _are_in_group(matrices: PlainMatrices, group: FloatArray) -> bool:
+    """Whether as many modes as are listed lie around some equal frequencies [rad/s]."""
+    low, high = group[0] * (1.0 - _FOUND), group[-1] * (1.0 + _FOUND)
+    return modes_below(matrices, high) - modes_below(matrices, low) == group.size
+
+
+def is_counted_by_signs(matrices: PlainMatrices) -> bool:
+    """Whether `modes_below` counts: a system without damping whose stiffness is positive.
+
+    What is less than rounding is taken for nothing, the stiffness for positive if its least
+    eigenvalue in units of its terms is more than that.
+    """
+    rounding = _EPS * len(matrices.mass)
+    size = np.diag(matrices.sizes[2])
+    if not (size > 0.0).all():
+        return False
+    scale = 1.0 / np.sqrt(size)
+    stiffness = scale[:, None] * matrices.stiffness * scale
+    damping = np.abs(matrices.velocity + matrices.velocity.T)
+    if (damping > rounding * matrices.sizes[1]).any():
+        return False
+    if (np.abs(stiffness - stiffness.T) > rounding).any():
+        return False
+    factor, failed = la.lapack.dpotrf(stiffness, lower=1)
+    if failed:
+        return False
+    norm = float(np.abs(stiffness).sum(axis=0).max())
+    reciprocal, _ = la.lapack.dpocon(factor, norm, uplo="L")
+    return bool(reciprocal * norm > _ROUNDINGS * rounding)
+
+
+def modes_below(matrices: PlainMatrices, frequency_rad_s: float) -> int:
+    """Count the modes 0 < ω < σ of a system without damping, rigid motions among them.
+
+    They are as many as K + iσV − σ²M has negative eigenvalues, where K has none: each of these
+    falls through zero at a mode and never rises there, as φᴴ(iV − 2ωM)φ = −φᴴ(K/ω + ωM)φ < 0. Their
+    signs are read from LDLᴴ with blocks of one and two rows (Sylvester's law of inertia; Bunch and
+    Kaufman 1977); a block of two has one of either sign.
+    """
+    mass, velocity, stiffness = matrices[:3]
+    square = frequency_rad_s**2
+    scale = 1.0 / np.sqrt(np.abs(np.diag(stiffness)) + square * np.diag(mass))
+    factorised, shifted = la.lapack.dsytrf, stiffness - square * mass
+    if velocity.any():
+        factorised, shifted = la.lapack.zhetrf, shifted + 1j * frequency_rad_s * velocity
+    factors, pivots, _ = factorised(scale[:, None] * shifted * scale, lower=1)
+    single = pivots > 0
+    negative = np.count_nonzero(np.diag(factors).real[single] < 0)
+    return int(negative + np.count_nonzero(~single) // 2)
 
 
 def full_spectrum(matrices: PlainMatrices, shift: float) -> ComplexArray:

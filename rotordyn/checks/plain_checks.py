@@ -14,7 +14,13 @@ import numpy as np
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.campbell.diagram import Campbell
-from solidwhirl.rotordyn.checks.mode_counts import full_spectrum, missing_modes
+from solidwhirl.rotordyn.checks.mode_counts import (
+    all_listed,
+    full_spectrum,
+    is_counted_by_signs,
+    missing_modes,
+    modes_below,
+)
 from solidwhirl.rotordyn.checks.plain_system import (
     PlainMatrices,
     PlainSystem,
@@ -142,10 +148,14 @@ def check_campbell(
     for speed in chosen:
         column = eigenvalues[:, int(np.argmin(np.abs(speeds_rad_s - speed)))]
         column = column[np.isfinite(column)]
-        misses += root_misses(plain, column, float(speed))
+        found = root_misses(plain, column, float(speed))
+        misses += found
         if plain.depends_on_frequency:
             continue
         matrices = plain.at(float(speed))
+        are_roots = all(miss.share <= 1.0 for miss in found)
+        if are_roots and all_listed(matrices, column, branch_count, frequency_max_hz):
+            continue
         missing = missing_modes(
             matrices, column, count=branch_count, frequency_max_hz=frequency_max_hz
         )
@@ -265,8 +275,12 @@ def _between(listed: FloatArray, top: float, knots: Sequence[float]) -> FloatArr
 def _above(plain: PlainSystem, speed: float, ratio: float) -> int | None:
     """Number of roots above the line of an excitation; None if one lies on it."""
     line = ratio * speed
-    values = _on_line(plain, float(speed), ratio)
-    away = values.imag - line
+    matrices = plain.at(float(speed), 1j * line)
+    if is_counted_by_signs(matrices):
+        sides = (1.0 - _ON_THE_LINE, 1.0 + _ON_THE_LINE)
+        below, at_most = (modes_below(matrices, side * line) for side in sides)
+        return len(matrices.mass) - below if below == at_most else None
+    away = full_spectrum(matrices, line).imag - line
     if (np.abs(away) <= _ON_THE_LINE * line).any():
         return None
     return int(np.count_nonzero(away > 0))

@@ -10,7 +10,7 @@ import numpy as np
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.parts import End
-from solidwhirl.rotordyn.checks.mode_counts import full_spectrum
+from solidwhirl.rotordyn.checks.mode_counts import full_spectrum, is_counted_by_signs
 from solidwhirl.rotordyn.checks.plain_checks import ACCURACY, ROUNDINGS, Miss, worst_of
 from solidwhirl.rotordyn.checks.plain_system import PlainMatrices, PlainSystem, root_error
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
@@ -217,6 +217,8 @@ def growth_sign(matrices: PlainMatrices, speed_rad_s: float, least: float) -> in
 
     `least`: Re λ up to this part of |λ| is no growth.
     """
+    if is_counted_by_signs(matrices):  # its energy is positive and stays
+        return -1
     rates = np.abs(np.diag(matrices.stiffness)) / np.diag(matrices.mass)
     shift = max(float(np.sqrt(np.median(rates))), abs(speed_rad_s), 1.0)
     values = full_spectrum(matrices, shift)

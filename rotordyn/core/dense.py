@@ -197,6 +197,15 @@ def scale_by_stiffness(stiffness: Matrix, mass: Matrix, body_rate: float | None 
     keep the scale of M. Eigenvalues of the scaled K below 64 n eps count as zero. Coordinates that
     nothing joins are looked at apart.
     """
+    scale, scaled, inertia = scaled_matrices(stiffness, mass, body_rate)
+    values, vectors = _eigh_apart(scaled, uncoupled(scaled, inertia))
+    return _signed(scale, scaled, inertia, values, vectors)
+
+
+def scaled_matrices(
+    stiffness: Matrix, mass: Matrix, body_rate: float | None = None
+) -> tuple[FloatArray, Matrix, Matrix]:
+    """Return the scale of the coordinates, K and M in them, as of `scale_by_stiffness`."""
     diagonal, inertia = np.diag(stiffness).real, np.diag(mass).real
     if not (inertia > 0).all():
         at = int(np.argmin(inertia))
@@ -207,9 +216,17 @@ def scale_by_stiffness(stiffness: Matrix, mass: Matrix, body_rate: float | None 
     floor = _SOFT * (rate if rate > 0 else 1.0) * inertia
     scale = 1.0 / np.sqrt(np.maximum(diagonal, floor))
     outer = np.multiply.outer(scale, scale)
-    scaled, inertia = outer * stiffness, outer * mass
-    values, vectors = _eigh_apart(scaled, uncoupled(scaled, inertia))
-    return _signed(scale, scaled, inertia, values, vectors)
+    return scale, outer * stiffness, outer * mass
+
+
+def is_definite(scaled_stiffness: Matrix) -> bool:
+    """Whether a scaled K is positive definite, as `Scaled.is_definite`, without its vectors."""
+    return bool((np.linalg.eigvalsh(scaled_stiffness) > _zero_limit(len(scaled_stiffness))).all())
+
+
+def _zero_limit(size: int) -> float:
+    """Eigenvalues of a scaled K up to this one count as zero."""
+    return float(_ROUNDINGS * size * np.finfo(float).eps)
 
 
 def _eigh_apart(matrix: Matrix, groups: list[IntArray]) -> tuple[FloatArray, Matrix]:
@@ -232,7 +249,7 @@ def _signed(
     scale: FloatArray, stiffness: Matrix, mass: Matrix, values: FloatArray, vectors: Matrix
 ) -> Scaled:
     """Return scaled matrices with their eigenvalues and the signs of these."""
-    limit = _ROUNDINGS * scale.size * np.finfo(float).eps
+    limit = _zero_limit(scale.size)
     return Scaled(
         scale=scale,
         stiffness=stiffness,

@@ -12,6 +12,7 @@ from solidwhirl.rotordyn.campbell.body_frames import branch_columns
 from solidwhirl.rotordyn.campbell.diagram import Campbell
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.estimates.eigenvalue_errors import (
+    WIDEST,
     FrequencyErrors,
     bodies_without_forms,
     frequency_errors,
@@ -77,8 +78,10 @@ def _modes_at(assembled: AssembledSystem, campbell: Campbell) -> Callable[[float
     highest = dict(zip(campbell.speeds_rad_s.tolist(), top.tolist(), strict=True))
 
     def needed(modes: Modes) -> int:
-        branches = modes.eigenvalues.imag <= highest[modes.speed_rad_s]
-        return int(np.count_nonzero(branches)) + _ABOVE
+        frequencies, branches = modes.eigenvalues.imag, highest[modes.speed_rad_s]
+        # what is farther above is never changed together with a branch
+        near = np.count_nonzero(frequencies * (1.0 - WIDEST) <= branches)
+        return min(int(near), int(np.count_nonzero(frequencies <= branches)) + _ABOVE)
 
     def lowest(speed_rad_s: float) -> Modes:
         modes = modes_at_speed(assembled, speed_rad_s, 2 * (len(campbell.eigenvalues) + _ABOVE))

@@ -35,7 +35,7 @@ from solidwhirl.rotordyn.superelement.residual_energy import (
 # Modes closer than this times their estimates are changed together, but none that are further
 # apart than this fraction of the frequency: E belongs to one s and grows with its fourth power.
 _CLOSE = 3.0
-_WIDEST = 0.1
+WIDEST = 0.1
 # Frequencies below this fraction of the lowest elastic one are near zero: precession of a body that
 # nothing holds, tilts that the spin holds back.
 _NEAR_ZERO = 1e-2
@@ -163,7 +163,7 @@ def _shifts(assembled: AssembledSystem, modes: Modes) -> EigenvalueShifts:
     if own:
         gap = np.abs(pairs.rates[:, None] - pairs.rates)
         near = gap <= np.minimum(
-            _CLOSE * np.maximum(largest[:, None], largest), _WIDEST * np.abs(pairs.rates)
+            _CLOSE * np.maximum(largest[:, None], largest), WIDEST * np.abs(pairs.rates)
         )
         for group in together(near):
             if group.size > 1:

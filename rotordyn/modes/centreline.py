@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -33,6 +34,7 @@ class InterfaceRows(NamedTuple):
     modes: FloatArray
 
 
+@lru_cache(maxsize=8)  # an element is a record that never changes
 def centreline_motion(element: Superelement) -> Centreline:
     """Return the lateral motion of the axis of a body from its recovery points.
 
@@ -54,6 +56,8 @@ def centreline_motion(element: Superelement) -> Centreline:
     turns = body_turns(element)
     if turns is not None:
         modes = modes @ turns.lateral()
+    for array in (places, modes):
+        array.setflags(write=False)
     return Centreline(places, modes)
 
 

@@ -20,7 +20,9 @@ from solidwhirl.rotordyn.core.dense import (
     are_real,
     cholesky_of_mass,
     general_eigenvalues,
+    is_definite,
     scale_by_stiffness,
+    scaled_matrices,
     solve_general,
     solve_gyroscopic,
     solve_standing,
@@ -88,14 +90,14 @@ def plane_spectrum(
     factors = []
     for at in planes:
         block = np.ix_(at, at)
-        scaled = scale_by_stiffness(
+        scale, stiffness, mass = scaled_matrices(
             matrices.stiffness[block], matrices.mass[block], assembled.body_rate
         )
-        if not scaled.is_definite:
+        if not is_definite(stiffness):
             return None
-        lower = la.cholesky(scaled.stiffness, lower=True)
-        half = la.solve_triangular(lower, cholesky_of_mass(scaled.mass), lower=True)
-        factors.append((scaled.scale, lower, half))
+        lower = la.cholesky(stiffness, lower=True)
+        half = la.solve_triangular(lower, cholesky_of_mass(mass), lower=True)
+        factors.append((scale, lower, half))
     (scale_x, lower_x, half_x), (scale_y, lower_y, half_y) = factors
     nx, ny = scale_x.size, scale_y.size
     turning = scale_x[:, None] * matrices.gyroscopic[np.ix_(*planes)] * scale_y

@@ -25,6 +25,8 @@ from solidwhirl.rotordyn.superelement.rigid_body import body_mass_matrix
 
 # Attributes of an HDF5 group are limited to 64 KiB.
 _LONGEST_ATTRIBUTE = 60_000
+# Oldest and newest layout of what is written.
+_VERSIONS = ("earliest", "v110")
 
 
 def write_superelement(element: Superelement, path: str | Path) -> None:
@@ -37,10 +39,25 @@ def write_superelement(element: Superelement, path: str | Path) -> None:
     Raises OSError: the folder does not exist or cannot be written.
     """
     with replacing(Path(path)) as temporary:
-        with h5py.File(
-            temporary, "x", libver=("earliest", "v110"), userblock_size=SEAL_BYTES
-        ) as file:
+        with h5py.File(temporary, "x", libver=_VERSIONS, userblock_size=SEAL_BYTES) as file:
             _write_content(file, element)
+            _write_origin(file, element)
+        seal_file(temporary)
+
+
+def write_superelement_again(content: bytes, element: Superelement, path: str | Path) -> None:
+    """Write the file of a superelement from that of one which was made elsewhere.
+
+    `content`: of a file that `write_superelement` of this version wrote, of an element with the
+    same numbers, whose `provenance` may be another one. Much faster than anew.
+
+    Raises OSError: the folder does not exist or cannot be written.
+    """
+    with replacing(Path(path)) as temporary:
+        temporary.write_bytes(content)
+        with h5py.File(temporary, "r+", libver=_VERSIONS) as file:
+            del file["provenance"]
+            _write_origin(file, element)
         seal_file(temporary)
 
 
@@ -62,6 +79,11 @@ def _write_content(file: h5py.File, element: Superelement) -> None:
     parts.write_error_forms(file, element.error_forms)
     parts.write_moments(file, element.moments)
     parts.write_surface(file, element.surface)
+
+
+def _write_origin(file: h5py.File, element: Superelement) -> None:
+    """Write when and from what a file was made."""
+    file.attrs["created_utc"] = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
     text = json.dumps(element.provenance, sort_keys=True)
     provenance = file.create_group("provenance")
     if len(text.encode()) <= _LONGEST_ATTRIBUTE:
@@ -86,7 +108,6 @@ def _write_header(file: h5py.File, element: Superelement) -> None:
             "format": layout.FORMAT,
             "format_version": layout.FORMAT_VERSION,
             "generator": f"solidwhirl {program_version()}",
-            "created_utc": datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
             "name": element.name,
             "level": element.level,
             "harmonics": np.array(element.harmonics, dtype=np.int64),

@@ -94,7 +94,7 @@ class InterfaceNode:
             )
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True, weakref_slot=True)
 class Superelement:
     """Hold one body at unit spin.
 

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray, Matrix
+from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray, Matrix, real_times
 from solidwhirl.rotordyn.core.errors import SuperelementError
 from solidwhirl.rotordyn.superelement.validation import finite_array
 
@@ -172,7 +172,7 @@ class Surface:
         """Return the displacement of the points of `faces`, (p, 3), complex as the motion (n,)."""
         q = np.asarray(motion)[self.coordinate]
         if self.kind == "solid":
-            return np.asarray(self.amplitudes @ q)
+            return moved_by(self.amplitudes, q)
         around = sectors if self.copies is None else self.copies.count * (1 + self.copies.mirrored)
         total: Any = 0.0
         for order in np.unique(self.order):
@@ -196,18 +196,38 @@ class Surface:
 
         `points`: which of them, shape (p,); `cells`: triangles between those, shape (c, 3).
         """
+        copies = self.copies
+        assert copies is not None
+        copy, rest = np.divmod(points, len(self.points_m) * (1 + copies.mirrored))
+        image, own = np.divmod(rest, len(self.points_m))
+        turn, amplitudes = copies.theta_rad[copy], self.amplitudes[own]
+        is_image = (image == 1)[:, None, None]
+        real = amplitudes.real * np.where(is_image, _MIRROR[:, None], 1.0)
+        imaginary = amplitudes.imag * np.where(is_image, -_MIRROR[:, None], 1.0)
         moving = np.unique(self.coordinate)
-        fields = [self.displacement(np.eye(self.size)[k], 0)[points] for k in moving]
+        fields = np.zeros((len(points), 3, len(moving)))
+        for order, family in {*zip(self.order.tolist(), self.family.tolist(), strict=True)}:
+            terms = np.flatnonzero((self.order == order) & (self.family == family))
+            parts = real[:, :, terms], imaginary[:, :, terms]
+            moved = _of_copies(parts, order, family, (copies, turn[:, None, None]))
+            fields += moved @ (self.coordinate[terms][:, None] == moving).astype(float)
         none = np.zeros(len(moving), dtype=np.int64)
         return Surface(
             points_m=self.faces(0).points_m[points],
             cells=cells,
-            amplitudes=np.stack(fields, axis=2) if fields else np.empty((len(points), 3, 0)),
+            amplitudes=turns(turn) @ fields,
             coordinate=moving,
             order=none,
             family=none,
             size=self.size,
         )
+
+
+def moved_by(amplitudes: Matrix, motion: Matrix) -> Matrix:
+    """Return the sum of real fields (p, 3, t) times a motion (t,), complex as that."""
+    if np.iscomplexobj(amplitudes) or not np.iscomplexobj(motion):
+        return np.asarray(amplitudes @ motion)
+    return real_times(amplitudes.reshape(-1, motion.size), motion[:, None]).reshape(-1, 3)
 
 
 def angles(sectors: int) -> FloatArray:
@@ -242,12 +262,25 @@ def around_sectors(parts: tuple[Matrix, Matrix], index: int, family: int, copies
         real = np.concatenate([real, real * _MIRROR])
         imaginary = np.concatenate([imaginary, -imaginary * _MIRROR])
     turn = copies.theta_rad
-    cos, sin = (f(index * turn)[:, None, None] for f in (np.cos, np.sin))
-    if 2 * index % copies.count == 0:  # the field is real
-        moved = cos * (real + imaginary)
-    else:
-        moved = cos * real - sin * imaginary if family == 0 else sin * real + cos * imaginary
+    moved = _of_copies((real, imaginary), index, family, (copies, turn[:, None, None]))
     return np.asarray(np.einsum("kij,kpj->kpi", turns(turn), moved))
+
+
+def _of_copies(
+    parts: tuple[Matrix, Matrix], index: int, family: int, at: tuple[Copies, FloatArray]
+) -> Matrix:
+    """Return a field in the axes of copies, before these are turned.
+
+    `parts`, `index`, `family`: as of `around_sectors`, mirrored already; `at`: the copies, and the
+    angle of each.
+    """
+    (real, imaginary), (copies, turn) = parts, at
+    cos, sin = np.cos(index * turn), np.sin(index * turn)
+    if 2 * index % copies.count == 0:  # the field is real
+        return np.asarray(cos * (real + imaginary))
+    if family == 0:
+        return np.asarray(cos * real - sin * imaginary)
+    return np.asarray(sin * real + cos * imaginary)
 
 
 def turns(angle: FloatArray) -> FloatArray:

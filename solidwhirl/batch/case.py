@@ -19,7 +19,7 @@ from solidwhirl.core.errors import USER_ERRORS, OutputError, clean
 from solidwhirl.core.stages import Stage
 from solidwhirl.files.run_folder import STAGES, claimed, forget_results
 from solidwhirl.output.documents import write_into
-from solidwhirl.pipeline.cached_stages import open_store
+from solidwhirl.pipeline.cached_stages import StageCache, open_store
 from solidwhirl.pipeline.run import run_scene
 from solidwhirl.sweep.cases import case_scene
 from solidwhirl.sweep.records import BatchCase, BatchRow
@@ -96,7 +96,8 @@ def _computed(
 
     results = run_scene(scene, comm=team, progress=tell, store=store)
     assert results is not None
-    document = write_into(results, folder, pictures=False, page=False)
+    kept = StageCache(store=store, progress=tell)
+    document = write_into(results, folder, pictures=False, page=False, stage_cache=kept)
     (folder / ERROR_FILE).unlink(missing_ok=True)
     return document
 

@@ -14,6 +14,7 @@ import json
 import re
 from collections.abc import Mapping, Sequence, Set
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -34,12 +35,25 @@ class CodecError(ValueError):
     """A value that can not be packed, or bytes that hold none."""
 
 
+@dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
+class Seen:
+    """What fingerprints see of records, which are named with their modules.
+
+    `left_out`: fields that do not count, by record. `large`: records that are never equal but to
+    themselves and whose digests are kept as long as they live.
+    """
+
+    left_out: Mapping[str, frozenset[str]] = dataclasses.field(default_factory=dict)
+    large: frozenset[str] = frozenset()
+    digests: WeakKeyDictionary[Any, str] = dataclasses.field(default_factory=WeakKeyDictionary)
+
+
 class _Packer:
     """JSON nodes of values; blocks in the order in which the nodes mention them."""
 
-    def __init__(self, packages: Set[str] | None, left_out: Mapping[str, frozenset[str]]) -> None:
+    def __init__(self, packages: Set[str] | None, seen: Seen) -> None:
         self.blocks: list[Block] = []
-        self._packages, self._left_out = packages, left_out
+        self._packages, self._seen = packages, seen
 
     def node(self, value: Any) -> Any:
         kind = type(value)
@@ -82,8 +96,13 @@ class _Packer:
             names = list(kind.model_fields)
         if names is None:
             raise CodecError(f"a {kind.__qualname__} can not be kept")
-        skipped = self._left_out.get(label, frozenset())
-        return {"r": [label, {n: self.node(getattr(value, n)) for n in names if n not in skipped}]}
+        skipped = self._seen.left_out.get(label, frozenset())
+        fields = {n: getattr(value, n) for n in names if n not in skipped}
+        if label not in self._seen.large:
+            return {"r": [label, {n: self.node(v) for n, v in fields.items()}]}
+        if value not in self._seen.digests:
+            self._seen.digests[value] = fingerprint(fields, self._seen)
+        return {"h": [label, self._seen.digests[value]]}
 
     def _array(self, value: np.ndarray[Any, Any]) -> list[Any]:
         """Block, type, shape, and axes by falling stride."""
@@ -135,20 +154,19 @@ def pack(value: Any, packages: Set[str] = PACKAGES) -> list[Block]:
     numbers, texts, bytes, None, nested as they like.
     Raises CodecError: something else occurs in it.
     """
-    head, blocks = _pieces(value, _Packer(packages, {}))
+    head, blocks = _pieces(value, _Packer(packages, Seen()))
     out: list[Block] = [len(head).to_bytes(_LENGTH, "little"), head]
     for block in blocks:
         out += [block, bytes(-len(block) % _ALIGNMENT)]
     return out
 
 
-def fingerprint(value: Any, left_out: Mapping[str, frozenset[str]] | None = None) -> str:
+def fingerprint(value: Any, seen: Seen | None = None) -> str:
     """SHA-256 of a value's content, the same for values whose every bit is the same.
 
-    `value`: as in `pack`, any frozen dataclass and pydantic record. `left_out`: fields that do not
-    count, by module and name of the record.
+    `value`: as in `pack`, any frozen dataclass and pydantic record. `seen`: what counts of it.
     """
-    head, blocks = _pieces(value, _Packer(None, left_out or {}))
+    head, blocks = _pieces(value, _Packer(None, seen or Seen()))
     digest = hashlib.sha256(head)
     for block in blocks:
         digest.update(len(block).to_bytes(_LENGTH, "little"))

@@ -21,7 +21,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from solidwhirl.cache.codec import PACKAGES, CodecError, fingerprint, pack, unpack
+from solidwhirl.cache.codec import PACKAGES, CodecError, Seen, fingerprint, pack, unpack
 from solidwhirl.core.versions import package_versions, program_digest
 from solidwhirl.files.locks import lock_file, release
 from solidwhirl.rotordyn.core.atomic import replacing
@@ -36,8 +36,12 @@ _LOCK_SUFFIX = ".lock"
 _PATIENCE_S = 86_400.0
 # Room for entries that the last run had no use for.
 _ROOM_BYTES = 200_000_000
+_ELEMENT = "solidwhirl.rotordyn.superelement.record.Superelement"
 # How an element was made says nothing about its numbers.
-_LEFT_OUT = {"solidwhirl.rotordyn.superelement.record.Superelement": frozenset({"provenance"})}
+_SEEN = Seen(
+    left_out={_ELEMENT: frozenset({"provenance"})},
+    large=frozenset({_ELEMENT, "solidwhirl.meshing.records.Mesh"}),
+)
 # What changes bits besides the packages of `package_versions`.
 _MORE_PACKAGES = ("matplotlib", "pydantic", "fenics-ffcx", "fenics-ufl", "fenics-basix")
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
@@ -60,7 +64,7 @@ class StageStore:
 
         `parts`: everything that the result depends on; where elements came from does not count.
         """
-        return fingerprint([stage, surroundings(), list(parts)], _LEFT_OUT)
+        return fingerprint([stage, surroundings(), list(parts)], _SEEN)
 
     def find(self, key: str, note: Note) -> Any | None:
         """Return what is kept under a key; None if there is nothing, or nothing whole.

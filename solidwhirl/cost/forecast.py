@@ -197,9 +197,11 @@ def shortage_of(
     progress: Callable[[str], None] = lambda text: None,
 ) -> Callable[[Mapping[str, Discretisation], Mapping[str, BodyResult]], str]:
     """Return what `solidwhirl.bodies.refinement.rounds_of` asks before every round."""
-    machine = this_machine()
 
     def shortage(todo: Mapping[str, Discretisation], reduced: Mapping[str, BodyResult]) -> str:
+        if not todo:
+            return ""
+        machine = this_machine()
         costs = [
             predict_body_cost(
                 bodies[name],
@@ -211,8 +213,6 @@ def shortage_of(
             )
             for name, chosen in todo.items()
         ]
-        if not costs:
-            return ""
         needed = max(cost.peak_memory_gib for cost in costs) - BASE_GIB
         left = available_memory_gib()
         if scene.model.memory_gib is not None:

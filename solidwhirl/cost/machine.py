@@ -11,6 +11,7 @@ import os
 import platform
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -49,9 +50,12 @@ def uniform(factor: float) -> Machine:
 
 def this_machine() -> Machine:
     """Return the calibration that is kept of this machine, else its rates, measured in 0.1 s."""
-    kept = kept_calibration()
-    if kept is not None:
-        return kept
+    return kept_calibration() or _by_rates()
+
+
+@cache
+def _by_rates() -> Machine:
+    """Return this machine by its rates, which one process measures once."""
     return uniform(1.0 / machine_speed().relative_to(REFERENCE_SPEED))
 
 

@@ -26,6 +26,8 @@ from solidwhirl.rotordyn.superelement.validation import MOTIONS
 _CORNER, _STEPS = 0.12, 60
 # Points of the surface of a whole solid.
 MOST_POINTS = 2500
+# Factor from one size of boxes to the next.
+_LARGER = 1.12
 # Components of a direction that tell two sides of a surface apart.
 _COUNTS = 0.35
 # Half the thickness of a rigid disk over its radius, as no scene tells it.
@@ -224,10 +226,7 @@ def _clustered(surface: Surface) -> Surface:
     if surface.kind == "solid" and len(points) <= MOST_POINTS:
         return surface
     low, size = points.min(axis=0), float(np.ptp(points, axis=0).max())
-    box = size / 400.0
-    while np.unique(boxes := _boxes(points - low, box)).size > MOST_POINTS:
-        box *= 1.12
-    _, first, group = np.unique(boxes, return_index=True, return_inverse=True)
+    _, first, group = _few_boxes(points - low, size / 400.0)
     cells = group[faces.triangles]
     flat = (cells == np.roll(cells, 1, axis=1)).any(axis=1)
     if surface.kind == "sector":
@@ -238,6 +237,18 @@ def _clustered(surface: Surface) -> Surface:
         cells=cells[~flat],
         amplitudes=surface.amplitudes[first],
     )
+
+
+def _few_boxes(points: FloatArray, size: float) -> tuple[IntArray, IntArray, IntArray]:
+    """Boxes of a size that is raised until few have points: numbers, first points, box of each."""
+    while True:
+        found = np.unique(_boxes(points, size), return_index=True, return_inverse=True)
+        count = found[0].size
+        if count <= MOST_POINTS:
+            return found
+        # they fall as the square of the size, of boxes with a point or two more slowly
+        steps = int(0.5 * np.log(count / MOST_POINTS) / np.log(_LARGER))
+        size *= _LARGER ** max(1, steps)
 
 
 def _boxes(points: FloatArray, size: float) -> IntArray:

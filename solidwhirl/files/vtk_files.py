@@ -15,10 +15,13 @@ import h5py
 import numpy as np
 import numpy.typing as npt
 
+from solidwhirl.meshing.own.files import as_vtk
+from solidwhirl.meshing.records import Mesh
 from solidwhirl.rotordyn.core.atomic import replace_text, replacing
 
 # VTK's numbers of the cells that are used here.
 VERTEX, LINE, TRIANGLE, QUADRANGLE = 1, 3, 5, 9
+_SECOND_ORDER = {2: 22, 3: 24}  # triangle, tetrahedron
 _VTK_NAMES = {
     np.dtype(np.float32): "Float32",
     np.dtype(np.float64): "Float64",
@@ -64,6 +67,18 @@ class Grid:
         """VTK's number of each cell."""
         found = [np.full(len(cells), kind, dtype=np.uint8) for kind, cells in self.cells]
         return np.concatenate(found) if found else np.empty(0, dtype=np.uint8)
+
+
+def mesh_grid(mesh: Mesh) -> Grid:
+    """Return a mesh with the numbers of section and material of its cells."""
+    return Grid(
+        points_m=mesh.points_in_space,
+        cells=((_SECOND_ORDER[mesh.dimension], as_vtk(mesh.cells)),),
+        cell_data={
+            "section": mesh.cell_section.astype(np.int32),
+            "material": mesh.cell_material.astype(np.int32),
+        },
+    )
 
 
 def write_vtu(grid: Grid, path: Path) -> None:
@@ -112,7 +127,7 @@ def _write_array(out: io.StringIO, name: str, values: Array, *, field: bool = Fa
 def _packed(data: bytes) -> str:
     """Blocks of zlib behind a header of their sizes, in base64."""
     blocks = [data[k : k + _BLOCK] for k in range(0, len(data), _BLOCK)]
-    packed = [zlib.compress(block, 6) for block in blocks]
+    packed = [zlib.compress(block, 3) for block in blocks]
     last = len(data) % _BLOCK
     head = np.array([len(blocks), _BLOCK, last, *map(len, packed)], dtype="<u8").tobytes()
     return base64.b64encode(head).decode() + base64.b64encode(b"".join(packed)).decode()

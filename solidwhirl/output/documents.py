@@ -28,7 +28,8 @@ from solidwhirl.estimates.documents import (
 )
 from solidwhirl.estimates.results import Estimates
 from solidwhirl.files.run_folder import SCENE, claimed, replacing_files, reserve
-from solidwhirl.meshing import write_gmsh, write_vtu
+from solidwhirl.files.vtk_files import mesh_grid, write_vtu
+from solidwhirl.meshing import write_gmsh
 from solidwhirl.meshing.imported.records import MeshedBody
 from solidwhirl.model.interface_documents import interfaces_document
 from solidwhirl.model.mesh_bodies import source_document
@@ -42,13 +43,14 @@ from solidwhirl.pipeline.asymmetry import Asymmetry, asymmetry_document
 from solidwhirl.pipeline.cached_stages import StageCache
 from solidwhirl.pipeline.run import ExcitedCriticalSpeed, Results
 from solidwhirl.pipeline.verdict import verdict_document
-from solidwhirl.rotordyn import CriticalSpeed, Superelement, draw_campbell, write_superelement
+from solidwhirl.rotordyn import CriticalSpeed, Superelement, draw_campbell
 from solidwhirl.rotordyn.assembly.bearing_notes import note_lines
 from solidwhirl.rotordyn.campbell.branch_numbers import branch_numbers, branch_prints, shape_print
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.estimates.eigenvalue_errors import bodies_without_forms
 from solidwhirl.rotordyn.modes.whirl import Excitation, unbalance_excitation
 from solidwhirl.rotordyn.plots.errors import draw_campbell_errors, draw_critical_speed_errors
+from solidwhirl.rotordyn.storage.files import write_superelement, write_superelement_again
 from solidwhirl.rotordyn.storage.sidecar import superelement_document
 from solidwhirl.scene.records import ReferenceSpec
 from solidwhirl.scene_reading.paths import leading_steps
@@ -267,14 +269,14 @@ def write_into(
 
     Everything is written to a temporary folder in it and moved into place file by file when it is
     complete, `results.json` last but for the manifest. `begin`: begins to draw the pictures; the
-    page is made in the meantime. `stage_cache`: of pictures; None: nowhere. `scene_path`,
-    `command`: for the page, the scene file and the command line that repeats
-    the run. Raises OutputError: the folder can't be written.
+    page is made in the meantime. `stage_cache`: of pictures and files of bodies; None: nowhere.
+    `scene_path`, `command`: for the page, the scene file and the command line that repeats the
+    run. Raises OutputError: the folder can't be written.
     """
     document = results_document(results)
+    kept = stage_cache or StageCache(store=None, progress=silent)
     with replacing_files(folder) as scratch:
-        _write_all(results, document, scratch)
-        kept = stage_cache or StageCache(store=None, progress=silent)
+        _write_all(results, document, scratch, kept)
         with begin(_drawn(results, scratch, kept) if pictures else {}) as drawn:
             if page:
                 run = Run(
@@ -286,16 +288,18 @@ def write_into(
     return document
 
 
-def _write_all(results: Results, document: dict[str, Any], folder: Path) -> None:
+def _write_all(
+    results: Results, document: dict[str, Any], folder: Path, stage_cache: StageCache
+) -> None:
     (folder / "bodies").mkdir()
     (folder / "meshes").mkdir()
     for name, result in results.bodies.items():
-        write_vtu(result.shown_mesh, folder / "meshes" / f"{name}.vtu")
-        write_gmsh(result.shown_mesh, folder / "meshes" / f"{name}.msh")
+        mesh = result.shown_mesh
+        write_vtu(mesh_grid(mesh), folder / "meshes" / f"{name}.vtu")
+        write_gmsh(mesh, folder / "meshes" / f"{name}.msh")
     for name, element in results.elements.items():
         path = folder / "bodies" / f"{name}.h5"
-        reserve(path, _size_bytes(element))
-        write_superelement(element, path)
+        _write_element(element, path, stage_cache)
         sidecar = json.dumps(superelement_document(element), indent=1, allow_nan=False)
         path.with_suffix(".json").write_text(sidecar + "\n", encoding="utf-8")
     for outcome in results.analyses.values():
@@ -308,6 +312,18 @@ def _write_all(results: Results, document: dict[str, Any], folder: Path) -> None
     (folder / SCENE).write_text(scene + "\n", encoding="utf-8")
     text = json.dumps(document, indent=1, allow_nan=False)
     (folder / "results.json").write_text(text + "\n", encoding="utf-8")
+
+
+def _write_element(element: Superelement, path: Path, stage_cache: StageCache) -> None:
+    """Write the file of a body, or that of another scene with the same body once more."""
+    reserve(path, _size_bytes(element))
+    key = stage_cache.key("file of a superelement", element)
+    kept = stage_cache.find(key)
+    if kept is not None:
+        write_superelement_again(kept, element, path)
+        return
+    write_superelement(element, path)
+    stage_cache.keep(key, path.name, path.read_bytes())
 
 
 def _size_bytes(element: Superelement) -> int:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Any
 
@@ -27,7 +27,7 @@ from solidwhirl.model.mesh_bodies import described
 from solidwhirl.model.plan_records import Plan
 from solidwhirl.model.system_parts import engine_of
 from solidwhirl.pipeline.cached_stages import StageCache, engine_part
-from solidwhirl.rotordyn import Superelement
+from solidwhirl.rotordyn import AssembledSystem, Superelement
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_reading.reader import scene_hash
 
@@ -42,6 +42,19 @@ class Job:
     clock: reduction.Clock
     #: Where stages come from and are kept; on rank 0 only
     stage_cache: StageCache
+    # the last engine, with the elements that it was made of
+    _last: list[tuple[Mapping[str, Superelement], AssembledSystem]] = field(
+        default_factory=list, init=False
+    )
+
+    def engine_of(self, elements: Mapping[str, Superelement]) -> AssembledSystem:
+        """Assemble the engine, once of the same elements: what judges bodies is also reported."""
+        for known, system in self._last:
+            if list(known) == list(elements) and all(known[n] is elements[n] for n in known):
+                return system
+        system = engine_of(self.scene, self.plan, elements)
+        self._last[:] = [(dict(elements), system)]
+        return system
 
     @property
     def progress(self) -> Progress:
@@ -117,7 +130,7 @@ def _refined_bodies(
         key = _judgement_key(job, reduced, simple, accuracy)
 
         def compute() -> Judgement:
-            system = engine_of(scene, plan, elements_of(reduced, simple))
+            system = job.engine_of(elements_of(reduced, simple))
             return next_discretisations(scene, plan, reduced, system, accuracy)
 
         with job.clock.stage("error_estimate"):

@@ -105,7 +105,7 @@ def assembled_engine(
     """Assemble the engine of a run from its elements."""
     job.progress(Stage(name=StageName.ASSEMBLY))
     with job.clock.stage("assembly"):
-        system = engine_of(job.scene, job.plan, elements)
+        system = job.engine_of(elements)
         rotating = rotating_engine_of(job.scene, job.plan, elements)
         asked = (engine_part(job.scene), job.plan.speeds_rad_s)
         digest = job.stage_cache.digest((asked, elements))

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 
-from solidwhirl.cache.codec import CodecError, fingerprint, pack, unpack
+from solidwhirl.cache.codec import CodecError, Seen, fingerprint, pack, unpack
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
@@ -142,12 +142,13 @@ def test_fingerprints_tell_apart(first, second):
 
 
 def test_fields_that_do_not_count():
-    left_out = {f"{__name__}.Leaf": frozenset({"name"})}
-    prints = {
-        fingerprint(Leaf(name=name, values=values), left_out)
-        for name, values in (("a", 1), ("b", 1), ("b", 2))
-    }
-    assert len(prints) == 2
+    leaf = f"{__name__}.Leaf"
+    for large in (frozenset(), frozenset({leaf})):
+        seen = Seen(left_out={leaf: frozenset({"name"})}, large=large)
+        leaves = [Leaf(name=n, values=v) for n, v in (("a", 1), ("b", 1), ("b", 2))]
+        assert len({fingerprint([one], seen) for one in leaves}) == 2
+        assert len(seen.digests) == len(large) * len(leaves)
+        assert fingerprint([leaves[0]], seen) == fingerprint([leaves[0]], seen)
 
 
 @pytest.mark.parametrize("value", [object(), {1, 2}, len, np.array([None]), Leaf])

@@ -10,8 +10,9 @@ from shapes import body as body_of
 from shapes import section
 from simplex import mesh_mass_kg
 
+from solidwhirl.files.vtk_files import mesh_grid, write_vtu
 from solidwhirl.geometry import mass_properties
-from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_solid, write_gmsh, write_vtu
+from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_solid, write_gmsh
 
 
 def straight_volume(mesh):
@@ -70,7 +71,7 @@ def test_interface_facets_cover_the_cross_section(mesh):
 @pytest.mark.parametrize("level", ["meridian", "solid"])
 def test_files_read_back(level, mesh, twin_inner, tmp_path):
     mesh = mesh if level == "solid" else mesh_meridian(twin_inner, SIZE)
-    write_vtu(mesh, tmp_path / "m.vtu")
+    write_vtu(mesh_grid(mesh), tmp_path / "m.vtu")
     write_gmsh(mesh, tmp_path / "m.msh")
     vtu, msh = meshio.read(tmp_path / "m.vtu"), meshio.read(tmp_path / "m.msh")
     kind = {2: "triangle6", 3: "tetra10"}[mesh.dimension]

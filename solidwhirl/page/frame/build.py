@@ -59,11 +59,12 @@ def _plotly() -> str:
 
     Compressing takes longer than the rest of a page: the user's cache folder keeps it.
     """
-    source, store = plotly_file().read_bytes(), StageStore(user_cache() / "page")
-    key = fingerprint(["plotly, compressed", source])
+    file, store = plotly_file(), StageStore(user_cache() / "page")
+    state = file.stat()
+    key = fingerprint(["plotly, compressed", str(file), state.st_size, state.st_mtime_ns])
     packed: bytes | None = store.find(key, silent)
     if packed is None:
-        packed = gzip.compress(source, compresslevel=6, mtime=0)
+        packed = gzip.compress(file.read_bytes(), compresslevel=6, mtime=0)
         store.keep(key, "plotly, compressed", packed, silent)
         store.prune(0)
     return base64.b64encode(packed).decode("ascii")

@@ -26,6 +26,7 @@ from solidwhirl.rotordyn.modes.participation import participation
 from solidwhirl.rotordyn.plots.chart import hertz_text
 from solidwhirl.rotordyn.plots.frame import mode_name
 from solidwhirl.rotordyn.plots.modes import deflection_chart, share_chart
+from solidwhirl.rotordyn.superelement.surface import moved_by
 
 _WHOLE = 32767
 # Points of all copies of a sector.
@@ -169,7 +170,8 @@ def _terms(piece: Piece, motion: ComplexArray) -> dict[str, Any]:
         if np.any(q[own]):
             orders.append(order)
             families.append(family)
-            values.append(surface.amplitudes[:, :, own] @ q[own])
+            fields = surface.amplitudes if own.all() else surface.amplitudes[:, :, own]
+            values.append(moved_by(fields, q[own]))
     return {"order": orders, "family": families, **packed(np.array(values))}
 
 

@@ -23,6 +23,8 @@ from solidwhirl.rotordyn import (
     rigid_superelement,
     write_superelement,
 )
+from solidwhirl.rotordyn.storage.files import write_superelement_again
+from solidwhirl.rotordyn.storage.sandbox import is_sealed
 from solidwhirl.rotordyn.storage.sidecar import superelement_document
 from solidwhirl.rotordyn.superelement.surface import Copies, Surface
 
@@ -234,6 +236,17 @@ def test_datasets_do_not_vary_between_runs(element, written, tmp_path):
         return found
 
     assert content(again) == content(written)
+
+
+@pytest.mark.parametrize("old, new", [({"a": 1}, {}), ({}, {"nodes": list(range(30_000))})])
+def test_a_file_of_another_origin_is_written_again(element, tmp_path, old, new):
+    """The same numbers bit for bit, the provenance of the new one, and a seal that fits."""
+    first, again = tmp_path / "first.h5", tmp_path / "again.h5"
+    write_superelement(dataclasses.replace(element, provenance=old), first)
+    other = dataclasses.replace(element, provenance=new)
+    write_superelement_again(first.read_bytes(), other, again)
+    assert is_sealed(again)
+    _assert_same(read_superelement(again), other)
 
 
 def test_layout_follows_the_published_schema(element, written):

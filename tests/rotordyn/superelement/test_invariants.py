@@ -20,6 +20,11 @@ from solidwhirl.rotordyn import (
     rigid_superelement,
 )
 from solidwhirl.rotordyn.checks.mode_checks import check_modes_at_rest
+from solidwhirl.rotordyn.checks.mode_counts import (
+    full_spectrum,
+    is_counted_by_signs,
+    modes_below,
+)
 from solidwhirl.rotordyn.checks.plain_checks import ROOTS, check_campbell
 from solidwhirl.rotordyn.checks.plain_system import PlainSystem
 from solidwhirl.rotordyn.checks.system_checks import (
@@ -316,6 +321,21 @@ def test_all_modes_below_a_frequency_are_demanded(systems):
     assert not bad(check_campbell(system, diagram, 900.0))
     less = branches(diagram, slice(1, None))
     assert bad(check_campbell(system, less, 900.0)) == {"no mode is missing"}
+
+
+@pytest.mark.parametrize("name", CONSERVATIVE + DAMPED)
+def test_signs_count_what_the_full_spectrum_has(systems, name):
+    """Modes below frequencies between those of the spectrum; damped and free systems have none."""
+    plain = PlainSystem.of(systems[name])
+    for speed in (0.0, 700.0, 3000.0):
+        matrices = plain.at(speed)
+        counts = is_counted_by_signs(matrices)
+        assert counts == (name in CONSERVATIVE and "free" not in name), speed
+        rising = np.sort(full_spectrum(matrices, 500.0).imag)
+        rising = rising[rising > 0.0]
+        apart = np.flatnonzero(np.diff(rising) > 1e-6 * rising[1:])
+        for k in apart if counts else ():
+            assert modes_below(matrices, 0.5 * (rising[k] + rising[k + 1])) == k + 1
 
 
 @pytest.mark.parametrize("name", [n for n in CONSERVATIVE if n != "free"])
