@@ -14,7 +14,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import scipy
+import scipy.sparse.csgraph
+import scipy.spatial
 
 from solidwhirl.geometry import Body
 from solidwhirl.meshing.errors import MeshingError
@@ -63,16 +64,18 @@ def revolved(meridian: Mesh, sectors: int | None = None) -> Mesh:
     interfaces as facets of the sector. Raises MeshingError: elements stay folded.
     """
     count = sectors or sectors_of(meridian)
-    nodes = len(meridian.points)
-    corners, middle = _corners_first(meridian.cells, meridian.points)
-    cells, triangle = _tetrahedra(corners, middle, meridian.points[:, 1] == 0.0, nodes)
+    nodes, on_axis = len(meridian.points), meridian.points[:, 1] == 0.0
+    # the two sides of a joint have their diagonals in the same places
+    number = first_at_place(meridian.points) if meridian.seats else np.arange(nodes)
+    corners, middle = _corners_first(meridian.cells, number)
+    cells, triangle = _tetrahedra(corners, middle, on_axis, nodes)
     points = _layers(meridian.points, np.pi / count)
-    facets = {
-        name: _facets(edges, cells, meridian.points[:, 1] == 0.0, nodes)
-        for name, edges in meridian.interfaces.items()
-    }
+
+    def facets(edges: IntArray) -> IntArray:
+        return _facets(edges, number, on_axis)
+
     cells = _positive(points, cells)
-    points = _straight_inside(points, cells, meridian)
+    points = _straight_inside(points, cells, meridian, number)
     cells, points, used = compact(points, cells)
     quality = _quality(points, cells, meridian.quality)
     return replace(
@@ -81,11 +84,26 @@ def revolved(meridian: Mesh, sectors: int | None = None) -> Mesh:
         cells=cells,
         cell_section=meridian.cell_section[triangle],
         cell_material=meridian.cell_material[triangle],
-        interfaces={name: used[own] for name, own in facets.items()},
+        interfaces={name: used[facets(edges)] for name, edges in meridian.interfaces.items()},
         outline=used[meridian.outline],
         quality=quality,
         sector=Sector(count=count, mirrored=True),
+        seats=tuple(
+            np.stack([used[facets(seat[:, side])] for side in range(2)], axis=1)
+            for seat in meridian.seats
+        ),
+        meridian=meridian if meridian.seats else None,
     )
+
+
+def first_at_place(points: FloatArray) -> IntArray:
+    """Lowest of the numbers of the nodes that are at one place, for every node."""
+    near, count = _NEAR * float(np.abs(points).max()), len(points)
+    pairs = scipy.spatial.cKDTree(points).query_pairs(near, output_type="ndarray")
+    links = scipy.sparse.coo_matrix((np.ones(len(pairs)), pairs.T), shape=(count, count))
+    place = scipy.sparse.csgraph.connected_components(links, directed=False)[1]
+    _, first = np.unique(place, return_index=True)
+    return np.asarray(first[place])
 
 
 def meridian_errors(
@@ -99,6 +117,7 @@ def meridian_errors(
     flat = np.flatnonzero(np.abs(points[:, 1]) <= _NEAR * np.abs(points).max())
     z_r = np.column_stack([points[:, 2], np.hypot(points[:, 0], points[:, 1])])
     _, below = scipy.spatial.cKDTree(z_r[flat]).query(z_r)
+    below = first_at_place(z_r[flat])[below]
     # of the four corners two lie on the circle of one node
     around = np.sort(below[cells], axis=1)
     twice = np.argmax(around[:, 1:] == around[:, :-1], axis=1)
@@ -132,9 +151,9 @@ def _quality(points: FloatArray, cells: IntArray, flat: MeshQuality) -> MeshQual
     )
 
 
-def _corners_first(cells: IntArray, points: FloatArray) -> tuple[IntArray, IntArray]:
+def _corners_first(cells: IntArray, number: IntArray) -> tuple[IntArray, IntArray]:
     """Corners of every triangle by rising number, and the nodes between 0-1, 1-2, 2-0 of them."""
-    rank = np.argsort(cells[:, :3], axis=1)
+    rank = np.argsort(number[cells[:, :3]], axis=1)
     corners = np.take_along_axis(cells[:, :3], rank, axis=1)
     between = np.empty((len(cells), 3, 3), dtype=np.int64)
     for k, (i, j) in enumerate(_TRIANGLE_EDGES):
@@ -200,25 +219,29 @@ def _positive(points: FloatArray, cells: IntArray) -> IntArray:
     return out
 
 
-def _straight_inside(points: FloatArray, cells: IntArray, meridian: Mesh) -> FloatArray:
+def _straight_inside(
+    points: FloatArray, cells: IntArray, meridian: Mesh, number: IntArray
+) -> FloatArray:
     """Points with the middles of edges between the two planes on chords, but for curved surfaces.
 
     Elements that would lose too much of their quality keep their arcs, as small ones do that lie
-    next to a curved surface.
+    next to a curved surface. `number`: of every node of the meridian, the same on both sides of a
+    joint.
     """
     nodes = len(meridian.points)
     between = np.zeros(len(points), dtype=bool)
     between[nodes : 2 * nodes] = True
-    between[nodes + _on_curved_surfaces(meridian)] = False
+    curved = number[_on_curved_surfaces(meridian)]
+    between[nodes + np.flatnonzero(np.isin(number, curved))] = False
     chosen = between[cells[:, 4:]]
-    out = points.copy()
+    out, place = points.copy(), (nodes * np.arange(3)[:, None] + number).ravel()
     ends = cells[:, np.array(_EDGES)][chosen]
     out[cells[:, 4:][chosen]] = 0.5 * (points[ends[:, 0]] + points[ends[:, 1]])
     least = _KEPT * scaled_jacobians(points, cells)
     looked_at = np.arange(len(cells))
     while len(looked_at):
         poor = looked_at[scaled_jacobians(out, cells[looked_at]) < least[looked_at]]
-        back = np.unique(cells[poor])
+        back = np.flatnonzero(np.isin(place, place[cells[poor]]))
         back = back[(out[back] != points[back]).any(axis=1)]
         out[back] = points[back]
         looked_at = np.flatnonzero(np.isin(cells, back).any(axis=1))
@@ -241,11 +264,12 @@ def _on_curved_surfaces(meridian: Mesh) -> IntArray:
     return np.asarray(np.unique(found[curved]))
 
 
-def _facets(edges: IntArray, cells: IntArray, on_axis: BoolArray, nodes: int) -> IntArray:
+def _facets(edges: IntArray, number: IntArray, on_axis: BoolArray) -> IntArray:
     """Second-order triangles that meridian edges (two ends and the node between) revolve to."""
-    flat = on_axis[edges[:, :2]].all(axis=1)
+    flat, nodes = on_axis[edges[:, :2]].all(axis=1), len(on_axis)
     a, b, m = edges[~flat].T
-    low, high = np.minimum(a, b), np.maximum(a, b)
+    rises = number[a] < number[b]
+    low, high = np.where(rises, a, b), np.where(rises, b, a)
 
     def at(node: IntArray, level: int) -> IntArray:
         return _at(node, level, on_axis, nodes)
