@@ -165,8 +165,7 @@ def build_operators(
         assembly = _assemble_solid(space, kin, matter, degree, effects, coupling)
     else:
         assemble = _assemble_meridian if dimension == 2 else _assemble_sector
-        given = (effects, coupling, facet_tags, joints)
-        assembly = assemble(space, kin, matter, degree, *given)
+        assembly = assemble(space, kin, matter, degree, effects, coupling, joints)
     return BodyOperators(
         level="solid" if dimension == 3 else "harmonic",
         harmonic=order,
@@ -221,13 +220,13 @@ def _in_body(
     space: Any, kin: Kinematics, matter: forms.Medium, facet_tags: Mapping[str, Any], found: Settled
 ) -> Settled:
     """Joints with their springs in the space of the body, and its state at rest."""
-    fit = None
-    if found.pressing is not None:
+    layer, fit = layer_in(space, facet_tags, found.springs), None
+    if layer is not None and found.pressing is not None:
         around = _at_rest(space, kin)
         dx = forms.measure(space.mesh, kin, compat.polynomial_degree(space))
         stiffness = _stiffness(space, around, matter, dx)
-        fit = fit_of(space, around, stiffness, facet_tags, found.pressing)
-    return replace(found, layer=layer_in(space, facet_tags, found.springs), fit=fit)
+        fit = fit_of(space, around, stiffness, layer.points, found.pressing)
+    return replace(found, layer=layer, fit=fit)
 
 
 def _kinematics(
@@ -273,7 +272,6 @@ def _assemble_meridian(
     degree: int,
     effects: OperatorEffects,
     coupling: Coupling,
-    facet_tags: Mapping[str, Any],
     joints: Settled,
 ) -> _Assembly:
     """Assemble one circumferential order: what the effects ask for, nothing else."""
@@ -288,7 +286,7 @@ def _assemble_meridian(
         static.destroy()
         prestress = forms.stress(around, matter, field)
         layer = layer and layer.loaded(compat.owned_values(field))
-    added = added_matrices(space, kin, matter, facet_tags, layer, joints.fit)
+    added = added_matrices(space, kin, matter, layer, joints.fit)
     matrices = meridian_matrices(space, kin, matter, effects, prestress, coupling.unknowns, added)
     return _Assembly(
         matrices=matrices,
@@ -307,7 +305,6 @@ def _assemble_sector(
     degree: int,
     effects: OperatorEffects,
     coupling: Coupling,
-    facet_tags: Mapping[str, Any],
     joints: Settled,
 ) -> _Assembly:
     """Assemble one cyclic index of a sector: what the effects ask for, nothing else."""
@@ -322,7 +319,7 @@ def _assemble_sector(
         prestress = forms.stress(kin, matter, field)
         layer = layer and layer.loaded(compat.owned_values(field))
     one = solid_matrices.component_mass(space, kin, matter, dx)
-    added = added_matrices(space, kin, matter, facet_tags, layer, joints.fit)
+    added = added_matrices(space, kin, matter, layer, joints.fit)
     matrices = sector_matrices(space, kin, (stiffness, one), dx, effects, prestress,
                                coupling.unknowns, added)  # fmt: skip
     # these are factorised

@@ -204,14 +204,8 @@ class StressRecovery:
 def _of_joints(order: OrderFields) -> Any:
     """Stiffness of all of u that joints between sections add, PETSc; None without joints."""
     given = order.ingredients
-    added = added_matrices(
-        order.space,
-        given.kinematics,
-        given.matter,
-        given.facet_tags,
-        given.joints.layer,
-        given.joints.fit,
-    )
+    joints = given.joints
+    added = added_matrices(order.space, given.kinematics, given.matter, joints.layer, joints.fit)
     return added.get("stiffness")
 
 

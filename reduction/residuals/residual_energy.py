@@ -401,7 +401,7 @@ def _finer_operators(
     if layer is not None and prestress is not None:
         steady = compat.owned_values(given.centrifugal_field)[:, None]
         layer = layer.loaded(_interpolated(operators.space, space, steady)[:, 0])
-    added = added_matrices(space, kin, matter, given.facet_tags, layer, given.joints.fit)
+    added = added_matrices(space, kin, matter, layer, given.joints.fit)
     if kin.dimension == 2:
         matrices = meridian_matrices(
             space, kin, matter, given.effects, prestress, coupling.unknowns, added

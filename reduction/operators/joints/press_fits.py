@@ -17,6 +17,7 @@ from solidwhirl.reduction.operators.joints.contact import contact_of, overlapped
 from solidwhirl.reduction.operators.joints.layers import (
     JointSprings,
     Layer,
+    LayerPoints,
     layer_in,
     layer_on,
     with_layer,
@@ -45,6 +46,11 @@ class Pressing:
     #: On the meridian, with the traction in place of these [Pa]
     layer: Layer
 
+    def at(self, points: LayerPoints) -> tuple[Layer, FloatArray]:
+        """Layer of these springs on points of some space, and the traction there, (q, 3)."""
+        opened = layer_on(points, self.springs)
+        return opened, opened.carried_from(self.layer)
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Fit:
@@ -54,9 +60,12 @@ class Fit:
     pressing: Pressing
 
     def stiffening(
-        self, space: Any, kin: Kinematics, matter: forms.Medium, facet_tags: Mapping[str, Any]
+        self, space: Any, kin: Kinematics, matter: forms.Medium, points: LayerPoints
     ) -> Any:
-        """Geometric stiffness of the stress at rest, PETSc in all of u of a space."""
+        """Geometric stiffness of the stress at rest, PETSc in all of u of a space.
+
+        `points`: of the faces in that space.
+        """
         whole = kin.dimension == 3 or kin.harmonic == 0
         around = kin if whole else kinematics.harmonic(space.mesh, 0)
         u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
@@ -65,7 +74,7 @@ class Fit:
         form = compat.compiled(forms.stiffening_form(kin, stress, u, v, dx))
         moved = fem.Function(space)
         moved.interpolate(self.field)
-        opened, given = _opened_in(space, facet_tags, self.pressing)
+        opened, given = self.pressing.at(points)
         carried = opened.loaded(compat.owned_values(moved))
         assert carried.traction_pa is not None
         carried = replace(carried, traction_pa=carried.traction_pa + given)
@@ -73,33 +82,24 @@ class Fit:
 
 
 def fit_of(
-    space: Any, kin: Kinematics, stiffness: Any, facet_tags: Mapping[str, Any], pressing: Pressing
+    space: Any, kin: Kinematics, stiffness: Any, points: LayerPoints, pressing: Pressing
 ) -> Fit:
     """Load a body with what presses its faces.
 
     `kin`: of order or index 0. `stiffness`: K of all of u without joints, which is used up.
+    `points`: of the faces in the space.
     """
-    opened, given = _opened_in(space, facet_tags, pressing)
+    opened, given = pressing.at(points)
     stiffness = with_layer(stiffness, opened.static_stiffness(kin))
     field = free_displacement(space, kin, stiffness, -opened.forces(kin, given))
     stiffness.destroy()
     return Fit(field=field, pressing=pressing)
 
 
-def _opened_in(
-    space: Any, facet_tags: Mapping[str, Any], pressing: Pressing
-) -> tuple[Layer, FloatArray]:
-    """Layer in a space without the springs of pressed faces, and the traction instead, (q, 3)."""
-    opened = layer_in(space, facet_tags, pressing.springs)
-    assert opened is not None
-    return opened, opened.carried_from(pressing.layer)
-
-
 def added_matrices(
     space: Any,
     kin: Kinematics,
     matter: forms.Medium,
-    facet_tags: Mapping[str, Any],
     layer: Layer | None,
     fit: Fit | None,
 ) -> dict[str, Any]:
@@ -111,7 +111,7 @@ def added_matrices(
         return {}
     out = {"stiffness": layer.stiffness(kin)}
     if fit is not None:
-        own = fit.stiffening(space, kin, matter, facet_tags)
+        own = fit.stiffening(space, kin, matter, layer.points)
         out["stiffness"] = with_layer(own, out["stiffness"])
     if layer.traction_pa is not None:
         out["stress_stiffening"] = layer.stiffening(kin)
