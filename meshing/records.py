@@ -132,9 +132,11 @@ class Mesh:
     quality: MeshQuality  #: What was got
     sector: Sector | None = None  #: Of a solid: which part it is; None: it is the whole
     parts: Parts | None = None  #: Where sectors differ; `sector` is then that of the drum
-    #: Of every joint of the body, (f, 2, 3) nodes of the facets that carry: of the first section's
-    #: side and, at the same places, of the second's
+    #: Of every joint of the body, (f, 2, 3) or (f, 2, 6) nodes of the facets that carry: of the
+    #: first section's side and, at the same places, of the second's
     seats: tuple[IntArray, ...] = ()
+    #: What a solid with joints was revolved from: on it the state of their faces is found
+    meridian: Mesh | None = None
 
     @property
     def dimension(self) -> int:

@@ -21,8 +21,22 @@ _CORNER_SHARE, _SMOOTH_SHARE = 0.4, 0.5
 _FINER, _COARSER, _CORNER_FINER = 0.2, 2.0, 1e-3
 # The same of tetrahedra at an edge, and how many come for each of them where the edge is halved.
 _EDGE_FINER, _EDGE_PRICE = 0.05, 4.0
-# Points are in the plane of a meridian up to this part of the size.
-_IN_PLANE = 1e-9
+# Nodes are at one place, and in the plane of a meridian, up to this part of the size.
+_NEAR = 1e-9
+
+
+def first_at_place(points: FloatArray) -> IntArray:
+    """Lowest of the numbers of the nodes that are at one place, for every node."""
+    from scipy.sparse import coo_matrix  # plans need the sizes alone
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import cKDTree
+
+    near, count = _NEAR * float(np.abs(points).max()), len(points)
+    pairs = cKDTree(points).query_pairs(near, output_type="ndarray")
+    links = coo_matrix((np.ones(len(pairs)), pairs.T), shape=(count, count))
+    place = connected_components(links, directed=False)[1]
+    _, first = np.unique(place, return_index=True)
+    return np.asarray(first[place])
 
 
 def meridian_errors(
@@ -35,9 +49,10 @@ def meridian_errors(
     """
     from scipy.spatial import cKDTree  # plans need the sizes alone
 
-    flat = np.flatnonzero(np.abs(points[:, 1]) <= _IN_PLANE * np.abs(points).max())
+    flat = np.flatnonzero(np.abs(points[:, 1]) <= _NEAR * np.abs(points).max())
     z_r = np.column_stack([points[:, 2], np.hypot(points[:, 0], points[:, 1])])
     _, below = cKDTree(z_r[flat]).query(z_r)
+    below = first_at_place(z_r[flat])[below]
     # of the four corners two lie on the circle of one node
     around = np.sort(below[cells], axis=1)
     twice = np.argmax(around[:, 1:] == around[:, :-1], axis=1)

@@ -19,6 +19,7 @@ from solidwhirl.geometry import Body
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.own.meridian import compact, mesh_meridian
 from solidwhirl.meshing.own.quality import scaled_jacobians
+from solidwhirl.meshing.own.refinement import first_at_place
 from solidwhirl.meshing.records import (
     FloatArray,
     IntArray,
@@ -62,16 +63,18 @@ def revolved(meridian: Mesh, sectors: int | None = None) -> Mesh:
     interfaces as facets of the sector. Raises MeshingError: elements stay folded.
     """
     count = sectors or sectors_of(meridian)
-    nodes = len(meridian.points)
-    corners, middle = _corners_first(meridian.cells, meridian.points)
-    cells, triangle = _tetrahedra(corners, middle, meridian.points[:, 1] == 0.0, nodes)
+    nodes, on_axis = len(meridian.points), meridian.points[:, 1] == 0.0
+    # the two sides of a joint have their diagonals in the same places
+    number = first_at_place(meridian.points) if meridian.seats else np.arange(nodes)
+    corners, middle = _corners_first(meridian.cells, number)
+    cells, triangle = _tetrahedra(corners, middle, on_axis, nodes)
     points = _layers(meridian.points, np.pi / count)
-    facets = {
-        name: _facets(edges, cells, meridian.points[:, 1] == 0.0, nodes)
-        for name, edges in meridian.interfaces.items()
-    }
+
+    def facets(edges: IntArray) -> IntArray:
+        return _facets(edges, number, on_axis)
+
     cells = _positive(points, cells)
-    points = _straight_inside(points, cells, meridian)
+    points = _straight_inside(points, cells, meridian, number)
     cells, points, used = compact(points, cells)
     quality = _quality(points, cells, meridian.quality)
     return replace(
@@ -80,10 +83,15 @@ def revolved(meridian: Mesh, sectors: int | None = None) -> Mesh:
         cells=cells,
         cell_section=meridian.cell_section[triangle],
         cell_material=meridian.cell_material[triangle],
-        interfaces={name: used[own] for name, own in facets.items()},
+        interfaces={name: used[facets(edges)] for name, edges in meridian.interfaces.items()},
         outline=used[meridian.outline],
         quality=quality,
         sector=Sector(count=count, mirrored=True),
+        seats=tuple(
+            np.stack([used[facets(seat[:, side])] for side in range(2)], axis=1)
+            for seat in meridian.seats
+        ),
+        meridian=meridian if meridian.seats else None,
     )
 
 
@@ -111,9 +119,9 @@ def _quality(points: FloatArray, cells: IntArray, flat: MeshQuality) -> MeshQual
     )
 
 
-def _corners_first(cells: IntArray, points: FloatArray) -> tuple[IntArray, IntArray]:
+def _corners_first(cells: IntArray, number: IntArray) -> tuple[IntArray, IntArray]:
     """Corners of every triangle by rising number, and the nodes between 0-1, 1-2, 2-0 of them."""
-    rank = np.argsort(cells[:, :3], axis=1)
+    rank = np.argsort(number[cells[:, :3]], axis=1)
     corners = np.take_along_axis(cells[:, :3], rank, axis=1)
     between = np.empty((len(cells), 3, 3), dtype=np.int64)
     for k, (i, j) in enumerate(_TRIANGLE_EDGES):
@@ -179,25 +187,29 @@ def _positive(points: FloatArray, cells: IntArray) -> IntArray:
     return out
 
 
-def _straight_inside(points: FloatArray, cells: IntArray, meridian: Mesh) -> FloatArray:
+def _straight_inside(
+    points: FloatArray, cells: IntArray, meridian: Mesh, number: IntArray
+) -> FloatArray:
     """Points with the middles of edges between the two planes on chords, but for curved surfaces.
 
     Elements that would lose too much of their quality keep their arcs, as small ones do that lie
-    next to a curved surface.
+    next to a curved surface. `number`: of every node of the meridian, the same on both sides of a
+    joint.
     """
     nodes = len(meridian.points)
     between = np.zeros(len(points), dtype=bool)
     between[nodes : 2 * nodes] = True
-    between[nodes + _on_curved_surfaces(meridian)] = False
+    curved = number[_on_curved_surfaces(meridian)]
+    between[nodes + np.flatnonzero(np.isin(number, curved))] = False
     chosen = between[cells[:, 4:]]
-    out = points.copy()
+    out, place = points.copy(), (nodes * np.arange(3)[:, None] + number).ravel()
     ends = cells[:, np.array(_EDGES)][chosen]
     out[cells[:, 4:][chosen]] = 0.5 * (points[ends[:, 0]] + points[ends[:, 1]])
     least = _KEPT * scaled_jacobians(points, cells)
     looked_at = np.arange(len(cells))
     while len(looked_at):
         poor = looked_at[scaled_jacobians(out, cells[looked_at]) < least[looked_at]]
-        back = np.unique(cells[poor])
+        back = np.flatnonzero(np.isin(place, place[cells[poor]]))
         back = back[(out[back] != points[back]).any(axis=1)]
         out[back] = points[back]
         looked_at = np.flatnonzero(np.isin(cells, back).any(axis=1))
@@ -220,11 +232,12 @@ def _on_curved_surfaces(meridian: Mesh) -> IntArray:
     return np.asarray(np.unique(found[curved]))
 
 
-def _facets(edges: IntArray, cells: IntArray, on_axis: BoolArray, nodes: int) -> IntArray:
+def _facets(edges: IntArray, number: IntArray, on_axis: BoolArray) -> IntArray:
     """Second-order triangles that meridian edges (two ends and the node between) revolve to."""
-    flat = on_axis[edges[:, :2]].all(axis=1)
+    flat, nodes = on_axis[edges[:, :2]].all(axis=1), len(on_axis)
     a, b, m = edges[~flat].T
-    low, high = np.minimum(a, b), np.maximum(a, b)
+    rises = number[a] < number[b]
+    low, high = np.where(rises, a, b), np.where(rises, b, a)
 
     def at(node: IntArray, level: int) -> IntArray:
         return _at(node, level, on_axis, nodes)

@@ -55,6 +55,7 @@ def whole_mesh(mesh: Mesh) -> tuple[Mesh, Origin]:
         interfaces={name: copies(facets) for name, facets in mesh.interfaces.items()},
         outline=number[0, 0][mesh.outline],
         sector=None,
+        seats=tuple(np.stack([copies(s[:, k]) for k in range(2)], axis=1) for s in mesh.seats),
     )
     return whole, origin
 

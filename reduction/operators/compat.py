@@ -10,6 +10,7 @@ import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import combinations
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -109,6 +110,19 @@ def cell_unknowns(space: Any) -> IntArray:
     """Local unknowns (blocks of them) of every cell, flat."""
     cells = space.dofmap.list
     return np.asarray(cells.array if _OLD else cells, dtype=np.int64).ravel()
+
+
+def reference_points(space: Any) -> Any:
+    """Where the unknowns of a Lagrange space are in the reference cell, in their order in cells."""
+    found = space.element.interpolation_points
+    return np.asarray(found() if callable(found) else found)
+
+
+def geometry_points(dimension: int) -> Any:
+    """Where the nodes of `curved_cells` are in the reference cell: corners, middles of edges."""
+    corners = np.vstack([np.zeros(dimension), np.eye(dimension)])
+    edges = combinations(range(dimension + 1), 2)
+    return np.vstack([corners, *(corners[list(e)].mean(axis=0) for e in reversed(list(edges)))])
 
 
 def constant(mesh: Any, value: float) -> Any:

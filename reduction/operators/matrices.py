@@ -12,14 +12,20 @@ import ufl
 from solidwhirl.geometry import Body
 from solidwhirl.meshing import Mesh, Sector
 from solidwhirl.meshing.imported.records import AnyBody
+from solidwhirl.reduction.errors import ReductionError
 from solidwhirl.reduction.operators import compat, forms, kinematics, solid_matrices
 from solidwhirl.reduction.operators.coupling import Coupling, couple
 from solidwhirl.reduction.operators.cyclic import CyclicIndex
 from solidwhirl.reduction.operators.dofs import Unknowns, motion_vectors
 from solidwhirl.reduction.operators.held import HeldBody, held_body
 from solidwhirl.reduction.operators.joined import JoinedParts, distributed
-from solidwhirl.reduction.operators.joints.layers import with_layer
-from solidwhirl.reduction.operators.joints.press_fits import Settled, added_matrices, settle
+from solidwhirl.reduction.operators.joints.layers import layer_in, with_layer
+from solidwhirl.reduction.operators.joints.press_fits import (
+    Settled,
+    added_matrices,
+    fit_of,
+    settle,
+)
 from solidwhirl.reduction.operators.kinematics import Kinematics
 from solidwhirl.reduction.operators.prestress import centrifugal_displacement
 from solidwhirl.reduction.solvers.memory import return_free_memory
@@ -148,13 +154,18 @@ def build_operators(
     matter = forms.medium(domain, material_tags, materials)
     space = compat.vector_space(domain, degree, 3)
     coupling = couple(space, kin, facet_tags, body.interfaces, effects.components, effects.shape)
-    given = body.joints if isinstance(body, Body) else ()
-    joints = settle(space, matter, facet_tags, given, materials, effects.maximum_speed_rad_s)
-    if dimension == 2:
-        assembly = _assemble_meridian(space, kin, matter, degree, effects, coupling, joints)
+    joints = Settled()
+    if isinstance(body, Body) and body.joints:
+        meridian = (space, matter, facet_tags)
+        if dimension == 3:
+            meridian = _meridian_of(mesh, degree, comm)
+        joints = settle(*meridian, body.joints, materials, effects.maximum_speed_rad_s)
+        joints = _in_body(space, kin, matter, facet_tags, joints)
+    if order is None:
+        assembly = _assemble_solid(space, kin, matter, degree, effects, coupling)
     else:
-        assemble = _assemble_solid if order is None else _assemble_sector
-        assembly = assemble(space, kin, matter, degree, effects, coupling)
+        assemble = _assemble_meridian if dimension == 2 else _assemble_sector
+        assembly = assemble(space, kin, matter, degree, effects, coupling, joints)
     return BodyOperators(
         level="solid" if dimension == 3 else "harmonic",
         harmonic=order,
@@ -180,6 +191,42 @@ def build_operators(
         ),
         assembled=assembly.ledger,
     )
+
+
+def _meridian_of(mesh: Mesh | None, degree: int, comm: Any) -> tuple[Any, forms.Medium, Any]:
+    """Space, material and facets of the meridian that a solid with joints was revolved from."""
+    if mesh is None or mesh.meridian is None:
+        raise ReductionError("joints are of bodies of revolution, on one process")
+    domain, tags, facets = compat.distribute(mesh.meridian, 2, comm)
+    space = compat.vector_space(domain, degree, 3)
+    return space, forms.medium(domain, tags, mesh.materials), facets
+
+
+def _at_rest(space: Any, kin: Kinematics) -> Kinematics:
+    """Kinematics of what the spin and pressed faces load a body with: of order or index 0.
+
+    The answer is that of any factor on both the stiffness and the load.
+    """
+    if kin.dimension == 2:
+        return kin if kin.harmonic == 0 else kinematics.harmonic(space.mesh, 0)
+    assert kin.cyclic is not None
+    # of half a sector the symmetric part; the amplitudes of joints are not told apart
+    symmetric = kin.cyclic.sector.mirrored and kin.joined is None
+    index = replace(kin.cyclic, index=0, symmetric=symmetric)
+    return replace(kinematics.sector(space.mesh, index, kin.joined), weight=kin.weight)
+
+
+def _in_body(
+    space: Any, kin: Kinematics, matter: forms.Medium, facet_tags: Mapping[str, Any], found: Settled
+) -> Settled:
+    """Joints with their springs in the space of the body, and its state at rest."""
+    layer, fit = layer_in(space, facet_tags, found.springs), None
+    if layer is not None and found.pressing is not None:
+        around = _at_rest(space, kin)
+        dx = forms.measure(space.mesh, kin, compat.polynomial_degree(space))
+        stiffness = _stiffness(space, around, matter, dx)
+        fit = fit_of(space, around, stiffness, layer.points, found.pressing)
+    return replace(found, layer=layer, fit=fit)
 
 
 def _kinematics(
@@ -231,7 +278,7 @@ def _assemble_meridian(
     field, hoop, prestress, layer = None, 0.0, None, joints.layer
     dx = forms.measure(space.mesh, kin, degree)
     if effects.centrifugal:
-        around = kin if kin.harmonic == 0 else kinematics.harmonic(space.mesh, 0)
+        around = _at_rest(space, kin)
         static = with_layer(
             _stiffness(space, around, matter, dx), layer and layer.static_stiffness(around)
         )
@@ -258,23 +305,23 @@ def _assemble_sector(
     degree: int,
     effects: OperatorEffects,
     coupling: Coupling,
+    joints: Settled,
 ) -> _Assembly:
     """Assemble one cyclic index of a sector: what the effects ask for, nothing else."""
     assert kin.cyclic is not None
-    field, hoop, prestress = None, 0.0, None
+    field, hoop, prestress, layer = None, 0.0, None, joints.layer
     dx = forms.measure(space.mesh, kin, degree)
     stiffness = _stiffness(space, kin, matter, dx)
     if effects.centrifugal:
-        # of half a sector the symmetric part; the amplitudes of joints are not told apart
-        symmetric = kin.cyclic.sector.mirrored and kin.joined is None
-        at_rest = replace(kin.cyclic, index=0, symmetric=symmetric)
-        # the answer is that of any factor on both the stiffness and the load
-        around = replace(kinematics.sector(space.mesh, at_rest, kin.joined), weight=kin.weight)
-        field, hoop = centrifugal_displacement(space, around, matter, dx, stiffness.copy())
+        around = _at_rest(space, kin)
+        static = with_layer(stiffness.copy(), layer and layer.static_stiffness(around))
+        field, hoop = centrifugal_displacement(space, around, matter, dx, static)
         prestress = forms.stress(kin, matter, field)
+        layer = layer and layer.loaded(compat.owned_values(field))
     one = solid_matrices.component_mass(space, kin, matter, dx)
+    added = added_matrices(space, kin, matter, layer, joints.fit)
     matrices = sector_matrices(space, kin, (stiffness, one), dx, effects, prestress,
-                               coupling.unknowns)  # fmt: skip
+                               coupling.unknowns, added)  # fmt: skip
     # these are factorised
     matrices |= {name: matrices[name].folded() for name in ("stiffness", "mass")}
     share = kin.cyclic.mesh_copies / kin.cyclic.weight
@@ -342,6 +389,7 @@ def sector_matrices(
     effects: OperatorEffects,
     prestress: Any,
     unknowns: Unknowns,
+    added: Mapping[str, Any],
 ) -> dict[str, Any]:
     """Return the matrices of one cyclic index of a sector, or of a whole solid in its own axes.
 
@@ -352,9 +400,10 @@ def sector_matrices(
     and S = ∫ρ (e_z×v)·(e_z×u).
 
     `parts`: K of all of u, and M of one component. `prestress`: stress at unit speed (UFL), None
-    without it. Returned: operators that are products with blocks; `folded` makes matrices of them.
+    without it. `added`: as in `meridian_matrices`. Returned: operators that are products with
+    blocks; `folded` makes matrices of them.
     """
-    stiffness, one = parts
+    stiffness, one = with_layer(parts[0], added.get("stiffness")), parts[1]
     matrices: dict[str, Any] = {
         "stiffness": solid_matrices.SectorStiffness(unknowns=unknowns, matrix=stiffness),
         "mass": solid_matrices.sector_componentwise(unknowns, one),
@@ -364,7 +413,10 @@ def sector_matrices(
             matrices[name] = found
     if prestress is not None:
         stiffening = solid_matrices.component_stiffening(space, kin, prestress, dx)
-        matrices["stress_stiffening"] = solid_matrices.sector_componentwise(unknowns, stiffening)
+        found = solid_matrices.sector_componentwise(unknowns, stiffening)
+        if "stress_stiffening" in added:
+            found = replace(found, beside=added["stress_stiffening"])
+        matrices["stress_stiffening"] = found
     return matrices
 
 

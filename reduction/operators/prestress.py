@@ -47,6 +47,24 @@ def centrifugal_displacement(
     """
     v = ufl.TestFunction(space)
     load = compat.assembled_vector(compat.compiled(forms.centrifugal_form(kin, matter, v, dx)))
+    field = free_displacement(space, kin, stiffness, load, component_mass, solver=solver, held=held)
+    return field, _hoop_strain(space, kin, field, 1e-6 if component_mass is None else _UNEVEN)
+
+
+def free_displacement(
+    space: Any,
+    kin: Kinematics,
+    stiffness: Any,
+    load: FloatArray,
+    component_mass: Any = None,
+    *,
+    solver: str = "direct",
+    held: HeldBody | None = None,
+) -> Any:
+    """Displacement (Function) of the free body under a load (u,) in equilibrium.
+
+    The other arguments are those of `centrifugal_displacement`.
+    """
     unknowns = body_unknowns(space, kin, {}, [])
     values = motion_vectors(space, kin, 0.0)
     motions = np.column_stack([unknowns.of_motion(kin, c, v) for c, v in values.items()])
@@ -67,7 +85,7 @@ def centrifugal_displacement(
     compat.owned_values(field)[:] = whole.real[:, 0]
     field.x.scatter_forward()
     unknowns.destroy()
-    return field, _hoop_strain(space, kin, field, 1e-6 if component_mass is None else _UNEVEN)
+    return field
 
 
 def _pinned_displacement(

@@ -134,7 +134,7 @@ class SectorStiffness:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SectorOperator:
-    """Operator Tᴴ (C ⊗ A) T of a sector or a whole solid, with one component's matrix A.
+    """Operator Tᴴ (C ⊗ A + B) T of a sector or a whole solid, with one component's matrix A.
 
     As a product with blocks alone it costs a tenth of what the matrix of the unknowns û would.
     """
@@ -142,6 +142,7 @@ class SectorOperator:
     unknowns: Unknowns
     component: Any  #: A, PETSc matrix of nodes
     directions: Matrix  #: C, (3, 3)
+    beside: Any = None  #: B, PETSc matrix of all of u with few entries; None: zero
 
     def times(self, block: Matrix) -> Matrix:
         """Operator times every column."""
@@ -152,6 +153,8 @@ class SectorOperator:
         load = _real_times(self.component, field.reshape((nodes, 3 * k), order="F"))
         back = np.empty((3, nodes, k), dtype=load.dtype, order="F")
         back[:] = load.reshape((nodes, 3, k), order="F").transpose(1, 0, 2)
+        if self.beside is not None:
+            back += _real_times(self.beside, full).reshape(back.shape, order="F")
         return self.unknowns.loads(back.reshape((3 * nodes, k), order="F"))
 
     def _directed(self, field: Matrix) -> Matrix:
@@ -173,11 +176,17 @@ class SectorOperator:
             product.transpose()
             out.axpy(-1.0, product, PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
             product.destroy()
+        if self.beside is not None:
+            other = self.unknowns.folded(self.beside.copy())
+            out.axpy(1.0, other, PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
+            other.destroy()
         return out
 
     def destroy(self) -> None:
-        """Free the component's matrix."""
-        self.component.destroy()
+        """Free the matrices."""
+        for matrix in (self.component, self.beside):
+            if matrix is not None:
+                matrix.destroy()
 
 
 class HalfSectorSpin(SectorOperator):

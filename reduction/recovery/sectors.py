@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from solidwhirl.meshing import Sector
-from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
+from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, IntArray
 from solidwhirl.rotordyn.superelement.surface import turns
 
 # Components of a symmetric tensor: three on the diagonal, then 12, 23, 13, as VTK has them.
@@ -92,12 +92,14 @@ class SharedPoints:
 
 
 def shared_points(
-    points_m: FloatArray, material: IntArray, weight: FloatArray, count: int
+    points_m: FloatArray, material: IntArray, weight: FloatArray, count: int, apart: BoolArray
 ) -> SharedPoints:
     """Find the points of a sector that copies of it have as well.
 
     `points_m`: (p, 3) points of the whole sector; `material`: (p,) numbers of materials, which are
-    kept apart; `weight`: (p,) size of the elements at a point; `count`: N.
+    kept apart; `weight`: (p,) size of the elements at a point; `count`: N; `apart`: (p,) whether
+    another point is at the same place, across a joint: what is beyond it is not told from it, and
+    they have no means.
     """
     size = float(np.abs(points_m).max())
     axis = np.flatnonzero(np.hypot(points_m[:, 0], points_m[:, 1]) <= _NEAR * size)
@@ -107,11 +109,13 @@ def shared_points(
         # only the neighbours share more than the axis
         own = every if copy in (0, 1, count - 1) else axis
         there = turned(points_m[own], 2.0 * np.pi * copy / count)[0]
-        mine, theirs = (
+        first, second = (
             cKDTree(np.column_stack([x, size * material[own]])) for x in (points_m[own], there)
         )
-        near = mine.sparse_distance_matrix(theirs, _NEAR * size, output_type="ndarray")
-        found.append((copy, own[near["i"]], own[near["j"]]))
+        near = first.sparse_distance_matrix(second, _NEAR * size, output_type="ndarray")
+        mine, theirs = own[near["i"]], own[near["j"]]
+        kept = ~apart[mine] | ((mine == theirs) & (copy == 0))
+        found.append((copy, mine[kept], theirs[kept]))
     total = np.sum([np.bincount(i, weight[j], len(points_m)) for _, i, j in found], axis=0)
     links = (_Link(copy, i, j, weight[j] / total[i]) for copy, i, j in found)
     return SharedPoints(links=tuple(links), count=count)

@@ -10,10 +10,12 @@ import basix
 import numpy as np
 import ufl
 from dolfinx import fem
+from mpi4py import MPI
 from numpy.typing import NDArray
 
 from solidwhirl.meshing import Sector
 from solidwhirl.reduction.operators import compat, forms, kinematics
+from solidwhirl.reduction.operators.joints.press_fits import added_matrices
 from solidwhirl.reduction.recovery.fields import BodyFields, OrderFields
 from solidwhirl.reduction.recovery.sectors import (
     COLUMN,
@@ -24,11 +26,10 @@ from solidwhirl.reduction.recovery.sectors import (
     pair_of,
     shared_points,
 )
+from solidwhirl.reduction.solvers.vectors import diagonal, energies
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
 from solidwhirl.rotordyn.superelement.surface import angles
 
-# Pairs of corners of dolfinx's edges, by the number of corners of a cell.
-_EDGES = {3: ((1, 2), (0, 2), (0, 1)), 4: ((2, 3), (1, 3), (1, 2), (0, 3), (0, 2), (0, 1))}
 # Nodes of a mirrored tetrahedron, so that it is not turned inside out.
 _MIRRORED_CELL = [0, 2, 1, 3, 5, 4, 6, 7, 9, 8]
 # Displacement (p, 3), stress (p, 6) and energy of one field.
@@ -81,7 +82,9 @@ class RecoveredFields:
     points: FieldPoints
     terms: tuple[FieldTerm, ...]
     steady: FieldTerm | None  #: Of the centrifugal load; None where it was not computed
-    strain_energy_j: float  #: ½ ∫ σ:ε* of the state's own displacement
+    #: ½ ∫ σ:ε* of the state's own displacement, and what joints between sections add
+    strain_energy_j: float
+    rounding_j: float  #: What rounding may make of the energy of stiff springs
 
 
 class StressRecovery:
@@ -100,6 +103,7 @@ class StressRecovery:
         first = fields.orders[0]
         self.points = _field_points(first, fields)
         self._samplers = [_Sampler(order, self.points) for order in fields.orders]
+        self._joints = [_of_joints(order) for order in fields.orders]
         self._sector = _sector_of(first)
         self._shared: SharedPoints | None = None
         if self._sector is not None:
@@ -128,19 +132,28 @@ class StressRecovery:
         """
         q = self._fields.own_motion(np.asarray(motion))
         terms: list[FieldTerm] = []
-        energy = 0.0
-        for order, sampler in zip(self._fields.orders, self._samplers, strict=True):
-            sampled = [
-                [sampler.complex_sample(part @ own) for part in _parts(order.values, self._sector)]
+        energy, rounding = 0.0, 0.0
+        each = zip(self._fields.orders, self._samplers, self._joints, strict=True)
+        for order, sampler, joints in each:
+            moved = [
+                [part @ own for part in _parts(order.values, self._sector)]
                 for own in order.family_amplitudes(q)
             ]
+            sampled = [[sampler.complex_sample(part) for part in parts] for parts in moved]
             energy += sum(stored for parts in sampled for _, _, stored in parts)
+            if joints is not None:
+                fields = [part for parts in moved for part in parts]
+                block = np.column_stack([*np.real(fields), *np.imag(fields)])
+                energy += 0.5 * float(energies(joints, block, MPI.COMM_SELF).sum())
+                cancelled = np.abs(diagonal(joints, block)) @ block**2
+                rounding += float(np.finfo(float).eps * cancelled.sum())
             terms += self._terms(order.harmonic or 0, sampled)
         return RecoveredFields(
             points=self.points,
             terms=tuple(terms),
             steady=self._centrifugal(speed_rad_s),
             strain_energy_j=energy,
+            rounding_j=rounding,
         )
 
     def _terms(self, order: int, sampled: Sequence[Sequence[Sample]]) -> list[FieldTerm]:
@@ -188,6 +201,14 @@ class StressRecovery:
         )
 
 
+def _of_joints(order: OrderFields) -> Any:
+    """Stiffness of all of u that joints between sections add, PETSc; None without joints."""
+    given = order.ingredients
+    joints = given.joints
+    added = added_matrices(order.space, given.kinematics, given.matter, joints.layer, joints.fit)
+    return added.get("stiffness")
+
+
 def _sector_of(order: OrderFields) -> Sector | None:
     cyclic = order.ingredients.kinematics.cyclic
     return None if cyclic is None else cyclic.sector
@@ -214,7 +235,11 @@ def _of_sector(
             copies=sector.count,
             angle_rad=sector.angle_rad,
         )
-    return shared_points(whole.points_m, whole.point_material, weight, sector.count), whole
+    key = np.column_stack([points.points_m, points.point_material])
+    _, place, several = np.unique(key, axis=0, return_inverse=True, return_counts=True)
+    apart = np.tile(several[place.ravel()] > 1, len(weight) // count)
+    shared = shared_points(whole.points_m, whole.point_material, weight, sector.count, apart)
+    return shared, whole
 
 
 class _Sampler:
@@ -229,7 +254,7 @@ class _Sampler:
         corners = 3 if points.cells.shape[1] == 6 else 4
         kind = basix.CellType.triangle if corners == 3 else basix.CellType.tetrahedron
         at, weights = basix.make_quadrature(kind, 2 * (degree - 1))
-        nodes = _reference_nodes(corners)
+        nodes = compat.geometry_points(corners - 1)
         self._field, self._points, self._domain = fem.Function(space), points, space.mesh
         stress = forms.stress(kin, matter, self._field)
         self._stress = compat.expression(stress, at)
@@ -302,12 +327,6 @@ def _materials(given: OrderFields, fields: BodyFields) -> IntArray:
         parts = zip(found, known, scale, strict=True)
         miss[k] = sum(np.abs(f - value) / size for f, value, size in parts)
     return np.asarray(miss.argmin(axis=0), dtype=np.int64)
-
-
-def _reference_nodes(corners: int) -> FloatArray:
-    """Corners and midpoints of the edges of the reference cell."""
-    corner = np.vstack([np.zeros(corners - 1), np.eye(corners - 1)])
-    return np.vstack([corner, [corner[list(edge)].mean(axis=0) for edge in _EDGES[corners]]])
 
 
 def _fit(at: FloatArray, weights: FloatArray, nodes: FloatArray, degree: int) -> FloatArray:

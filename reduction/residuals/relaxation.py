@@ -11,6 +11,7 @@ from petsc4py import PETSc
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from solidwhirl.meshing.own.refinement import first_at_place
 from solidwhirl.reduction.operators import compat
 from solidwhirl.reduction.operators.matrices import BodyOperators
 from solidwhirl.reduction.solvers.multigrid import ConstrainedIteration, constrained_iteration
@@ -93,7 +94,8 @@ def _lines(space: Any) -> IntArray:
     """Line around the axis that each node of this rank is on.
 
     Nodes of a revolved meridian are `degree` + 1 above each of those in the plane θ = 0; where more
-    are nearest to one, as in tetrahedra of a mesher, each is for itself.
+    are nearest to one, as in tetrahedra of a mesher, each is for itself. Both sides of a joint are
+    on one line, which its springs, however stiff, are then solved in.
     """
     x = space.tabulate_dof_coordinates()[: space.dofmap.index_map.size_local]
     alone = len(x) + np.arange(len(x))
@@ -101,8 +103,9 @@ def _lines(space: Any) -> IntArray:
     if not len(flat):
         return alone
     z_r = np.column_stack([x[:, 2], np.hypot(x[:, 0], x[:, 1])])
-    _, nearest = cKDTree(z_r[flat]).query(z_r)
-    most = compat.polynomial_degree(space) + 1
+    first = first_at_place(z_r[flat])
+    nearest = first[cKDTree(z_r[flat]).query(z_r)[1]]
+    most = (compat.polynomial_degree(space) + 1) * np.bincount(first, minlength=len(flat))[nearest]
     return np.where(np.bincount(nearest, minlength=len(flat))[nearest] <= most, nearest, alone)
 
 

@@ -357,11 +357,12 @@ def _weighted_stiffness(operators: BodyOperators, finer: BodyOperators, singular
     u, v = ufl.TrialFunction(finer.space), ufl.TestFunction(finer.space)
     dx = forms.measure(domain, kin, degree + 1)
     form = forms.stiffness_form(kin, given.matter, u, v, dx)
+    layer = layer_in(finer.space, given.facet_tags, given.joints.springs)
+    springs = layer and layer.stiffness(given.kinematics, _SMOOTH_SAFETY)
+    matrix = with_layer(assembled(form), springs)
     if given.kinematics.dimension == 2:
-        layer = layer_in(finer.space, given.facet_tags, given.joints.springs)
-        springs = layer and layer.stiffness(given.kinematics, _SMOOTH_SAFETY)
-        return finer.coupling.unknowns.folded(with_layer(assembled(form), springs))
-    return SectorStiffness(unknowns=finer.coupling.unknowns, matrix=assembled(form))
+        return finer.coupling.unknowns.folded(matrix)
+    return SectorStiffness(unknowns=finer.coupling.unknowns, matrix=matrix)
 
 
 def _gram(stiffness: Any, blocks: Matrix, comm: Any) -> FloatArray:
@@ -396,12 +397,12 @@ def _finer_operators(
         whole = kin.dimension == 3 or kin.harmonic == 0
         around = kin if whole else kinematics.harmonic(space.mesh, 0)
         prestress = forms.stress(around, matter, given.centrifugal_field)
+    layer = layer_in(space, given.facet_tags, given.joints.springs)
+    if layer is not None and prestress is not None:
+        steady = compat.owned_values(given.centrifugal_field)[:, None]
+        layer = layer.loaded(_interpolated(operators.space, space, steady)[:, 0])
+    added = added_matrices(space, kin, matter, layer, given.joints.fit)
     if kin.dimension == 2:
-        layer = layer_in(space, given.facet_tags, given.joints.springs)
-        if layer is not None and prestress is not None:
-            steady = compat.owned_values(given.centrifugal_field)[:, None]
-            layer = layer.loaded(_interpolated(operators.space, space, steady)[:, 0])
-        added = added_matrices(space, kin, matter, layer, given.joints.fit)
         matrices = meridian_matrices(
             space, kin, matter, given.effects, prestress, coupling.unknowns, added
         )
@@ -411,7 +412,7 @@ def _finer_operators(
         stiffness = assembled(forms.stiffness_form(kin, matter, u, v, dx))
         parts = (stiffness, component_mass(space, kin, matter, dx))
         matrices = sector_matrices(
-            space, kin, parts, dx, given.effects, prestress, coupling.unknowns
+            space, kin, parts, dx, given.effects, prestress, coupling.unknowns, added
         )
     return replace(operators, coupling=coupling, space=space, **matrices)
 

@@ -31,7 +31,7 @@ def build_bodies(scene: Scene) -> dict[str, geo.Body]:
         except geo.GeometryError as error:
             raise geo.GeometryError(clean(f"bodies.{name}: {error}")) from error
     _refuse_features_on(scene.model.level, scene.model.order, bodies)
-    _refuse_joints_on(scene.model.level, bodies)
+    _refuse_joints_beside_features(bodies)
     return bodies
 
 
@@ -51,19 +51,13 @@ def _refuse_features_on(level: str, order: int | None, bodies: Mapping[str, geo.
             )
 
 
-def _refuse_joints_on(level: str, bodies: Mapping[str, geo.Body]) -> None:
-    """Faces are parted on meridians; beams are bonded there."""
+def _refuse_joints_beside_features(bodies: Mapping[str, geo.Body]) -> None:
+    """Faces are parted on meridians, and what presses them is found there."""
     for name, body in bodies.items():
         if body.joints and body.features:
             raise geo.GeometryError(
-                f"bodies.{name}: a body with {body.features[0].kind} "
-                f"{body.features[0].name!r} is a solid, and joints are not built at level solid; "
-                "leave out one of the two"
-            )
-        if body.joints and level == "solid":
-            raise geo.GeometryError(
-                f"model.level: joints at level 'solid' are not built, and body {name!r} has the "
-                f"{body.joints[0].where}; allowed with joints are 'auto', 'harmonic' and 'beam'"
+                f"bodies.{name}: joints are of bodies of revolution, and this one has "
+                f"{body.features[0].kind} {body.features[0].name!r}; leave out one of the two"
             )
 
 

@@ -208,7 +208,7 @@ def _joints(bodies: Mapping[str, Body], level: str) -> tuple[Effect, ...]:
             f"beams are bonded where sections are joined, and their stiffness spreads behind a "
             f"step at 45 degrees; neither pressure nor lift of the faces is known: {named}"
         )
-    cost = "per order, with pressed faces: 1 factorisation, a solution per point of the faces"
+    cost = "per order, with pressed faces: 2 factorisations, a solution per point of the faces"
     return (Effect(name="joints", on=level != "beam", why=why, cost=cost),)
 
 

@@ -199,8 +199,9 @@ def _reduce(
 
     plan = job.plan.bodies[body.name]
     level = plan.level
-    # a mesh that follows its errors is small, and rank 0 judges them
+    # a mesh that follows its errors is small, and rank 0 judges them; layers are of one process
     alone = level == "harmonic" or not chosen.mesh_fixed
+    alone = alone or (isinstance(body, Body) and bool(body.joints))
     if alone and job.comm.rank != 0:
         return None
     team = MPI.COMM_SELF if alone else job.comm

@@ -1,4 +1,4 @@
-"""Layers of springs between sections on the meridian, against closed forms and bonded bodies."""
+"""Layers of springs between sections, against closed forms, bonded bodies and the other level."""
 
 from __future__ import annotations
 
@@ -12,16 +12,19 @@ import scipy.sparse.linalg as sla
 from mpi4py import MPI
 
 from solidwhirl.geometry import Body, Joint, Material, Section
-from solidwhirl.meshing import MeshSize, mesh_meridian
+from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_revolved
 from solidwhirl.reduction import ReductionError, ReductionRequest
 from solidwhirl.reduction.body.reduced_order import reduce_order
+from solidwhirl.reduction.operators import compat
 from solidwhirl.reduction.operators.joints.layers import layer_in, with_layer
 from solidwhirl.reduction.operators.matrices import OperatorEffects, build_operators
 from solidwhirl.reduction.residuals.residual_energy import lift_energy
-from solidwhirl.reduction.solvers.vectors import project
+from solidwhirl.reduction.solvers.vectors import Operator, apply, project
 
 E, RHO = 2.0e11, 7800.0
 STEEL = Material(name="own", density_kg_per_m3=RHO, youngs_modulus_pa=E, poissons_ratio=0.3)
+#: The same by another name: nodes between materials stay on arcs, as those on a joint do.
+ALIKE = replace(STEEL, name="alike")
 #: Without contraction a finite cylinder that spins is in Lamé's plane stress exactly.
 CORK = Material(name="cork", density_kg_per_m3=RHO, youngs_modulus_pa=E, poissons_ratio=0.0)
 BORE, SEAT, RIM, LENGTH = 0.02, 0.05, 0.12, 0.06
@@ -52,11 +55,19 @@ def fitted(joint: Joint | None, matter: Material = STEEL, beyond: float = 0.0) -
     )
 
 
-def operators(body: Body, order: int, *, size: float = 0.01, degree: int = 3, top: float = 500.0):
+def operators(
+    body: Body,
+    order: int,
+    *,
+    size: float = 0.01,
+    degree: int = 3,
+    top: float = 500.0,
+    mesher=mesh_meridian,
+):
     effects = OperatorEffects(
         gyroscopic=True, centrifugal=True, components={}, maximum_speed_rad_s=top
     )
-    mesh = mesh_meridian(body, MeshSize(size_m=size, corner_size_m=size))
+    mesh = mesher(body, MeshSize(size_m=size, corner_size_m=size))
     return build_operators(body, mesh, MPI.COMM_SELF, order=order, degree=degree, effects=effects)
 
 
@@ -65,8 +76,13 @@ def state_of(body: Body, **asked: float):
 
 
 def sparse(matrix) -> sp.csr_matrix:
+    matrix = matrix.folded() if isinstance(matrix, Operator) else matrix
     indptr, columns, values = matrix.getValuesCSR()
     return sp.csr_matrix((values, columns, indptr), matrix.getSize())
+
+
+def solid(body: Body, order: int, *, size: float = 0.02, degree: int = 2, top: float = 500.0):
+    return operators(body, order, size=size, degree=degree, top=top, mesher=mesh_revolved)
 
 
 def elastic_hz(found, speed: float = 0.0) -> np.ndarray:
@@ -84,13 +100,38 @@ def lame_pressure(overlap: float) -> float:
 
 @pytest.mark.parametrize("order", [0, 1, 2])
 def test_a_stiff_layer_is_bonded(order: int) -> None:
-    bonded = operators(fitted(None, beyond=0.05), order)
+    bonded = operators(fitted(None, beyond=0.05), order, size=0.02)
     stiff = Joint(between=("shaft", "hub"), stiffness_n_per_m3=(1e19, 1e19))
-    found = operators(fitted(stiff, beyond=0.05), order)
+    found = operators(fitted(stiff, beyond=0.05), order, size=0.02)
     for speed in (0.0, 500.0):
         assert elastic_hz(found, speed) == pytest.approx(elastic_hz(bonded, speed), rel=1e-6)
-    pressed = operators(fitted(replace(FIT, interference_m=1e-8), beyond=0.05), order, top=0.0)
+    loosely = fitted(replace(FIT, interference_m=1e-8), beyond=0.05)
+    pressed = operators(loosely, order, size=0.02, top=0.0)
     assert elastic_hz(pressed) == pytest.approx(elastic_hz(bonded), rel=1e-6)
+
+
+def test_a_stiff_layer_in_a_solid_is_bonded() -> None:
+    def made(joint: Joint | None) -> Body:
+        shaft, hub = fitted(joint, beyond=0.05).sections
+        sections = (shaft, replace(hub, material=ALIKE))
+        return Body(name="fit", sections=sections, joints=() if joint is None else (joint,))
+
+    bonded = solid(made(None), 1)
+    stiff = solid(made(Joint(between=("shaft", "hub"), stiffness_n_per_m3=(1e19, 1e19))), 1)
+    for speed in (0.0, 500.0):
+        assert elastic_hz(stiff, speed) == pytest.approx(elastic_hz(bonded, speed), rel=1e-6)
+
+
+def test_a_soft_layer_in_a_solid_is_that_of_the_meridian() -> None:
+    """With finer elements the solid comes down to the frequencies that the meridian has."""
+    body = fitted(Joint(between=("shaft", "hub"), stiffness_n_per_m3=(1e13, 5e12)), beyond=0.05)
+    exact = elastic_hz(operators(body, 1, size=0.02, degree=5), 500.0)[:3]
+    coarse, fine = (
+        elastic_hz(solid(body, 1, size=h), 500.0)[:3] / exact - 1 for h in (0.03, 0.015)
+    )
+    assert (fine > 0.0).all()
+    assert (fine < 5e-3).all()
+    assert (np.log2(coarse / fine) > 1.5).all()
 
 
 def test_a_soft_layer_softens() -> None:
@@ -105,7 +146,8 @@ def test_a_soft_layer_softens() -> None:
     assert (soft < 0.99 * stiff)[:2].all()
 
 
-def test_patch_of_a_pulled_stack() -> None:
+@pytest.mark.parametrize("made", [operators, solid])
+def test_patch_of_a_pulled_stack(made) -> None:
     """Uniform stress with a jump t/k on a plane face is a solution, to rounding."""
     tension, springs = 1e6, (3e12, 1e12)
     sections = (ring("one", 0.0, 0.1, BORE, SEAT), ring("two", 0.1, 0.25, BORE, SEAT))
@@ -114,21 +156,30 @@ def test_patch_of_a_pulled_stack() -> None:
         sections=sections,
         joints=(Joint(between=("one", "two"), stiffness_n_per_m3=springs),),
     )
-    found = operators(body, 0)
+    found = made(body, 0)
     x = found.space.tabulate_dof_coordinates()
-    cells = found.space.dofmap.list
-    cells = cells.array.reshape(-1, 10) if hasattr(cells, "array") else cells
+    flat = found.level == "harmonic"
+    z, across = (x[:, 0], x[:, [1]] * [1.0, 0.0]) if flat else (x[:, 2], x[:, :2])
+    cells = compat.cell_unknowns(found.space).reshape(
+        len(compat.curved_cells(found.space.mesh)[1]), -1
+    )
     above = np.zeros(len(x), dtype=bool)
-    above[cells[x[cells][:, :, 0].mean(axis=1) > 0.1]] = True
+    above[cells[z[cells].mean(axis=1) > 0.1]] = True
     strain = tension / E
     u = np.column_stack(
-        [-0.3 * strain * x[:, 1], 0.0 * x[:, 1], strain * x[:, 0] + above * tension / springs[0]]
-    ).ravel()
-    force = (sparse(found.stiffness) @ u).reshape(-1, 3)
-    inside = (x[:, 0] > 1e-9) & (x[:, 0] < 0.25 - 1e-9)
-    assert np.abs(force[inside]).max() < 1e-10 * np.abs(force).max()
-    area = np.pi * (SEAT**2 - BORE**2)
-    assert force[x[:, 0] > 0.249, 2].sum() == pytest.approx(tension * area, rel=1e-10)
+        [-0.3 * strain * across, strain * z + above * tension / springs[0]]
+    ).reshape(-1, 1)
+    unknowns = found.coupling.unknowns
+    force = apply(found.stiffness, unknowns.of_displacement(u))
+    inside = unknowns.of_displacement(np.repeat((z > 1e-9) & (z < 0.25 - 1e-9), 3)[:, None] * 1.0)
+    assert np.abs(force[inside[:, 0] != 0.0]).max() < 1e-10 * np.abs(force).max()
+    pulled = unknowns.of_displacement(np.outer(z > 0.249, [0.0, 0.0, 1.0]).reshape(-1, 1))
+    # arcs are parabolas in the solid
+    area = found.ingredients.joints.layer.points.area_m2.sum() * (
+        2.0 * np.pi if flat else found.ingredients.kinematics.cyclic.weight
+    )
+    assert area == pytest.approx(np.pi * (SEAT**2 - BORE**2), rel=1e-6)
+    assert np.vdot(pulled, force).real == pytest.approx(tension * area, rel=1e-10)
 
 
 def coned(joint: Joint) -> Body:
@@ -138,13 +189,14 @@ def coned(joint: Joint) -> Body:
     return Body(name="cone", sections=(shaft, hub), joints=(joint,))
 
 
+@pytest.mark.parametrize("level", [operators, solid])
 @pytest.mark.parametrize("made", [fitted, coned])
-def test_a_tilt_costs_no_force_at_speed(made) -> None:
+def test_a_tilt_costs_no_force_at_speed(made, level) -> None:
     """The traction of the layer turns with its face, else the two centrifugal effects differ."""
-    found = operators(made(Joint(between=("shaft", "hub"), stiffness_n_per_m3=(1e13, 3e12))), 1)
-    tilt = found.rigid_motions["ry"]
-    softening = sparse(found.spin_softening) @ tilt
-    left = sparse(found.stress_stiffening) @ tilt - softening
+    found = level(made(Joint(between=("shaft", "hub"), stiffness_n_per_m3=(1e13, 3e12))), 1)
+    tilt = found.rigid_motions["ry"][:, None]
+    softening = apply(found.spin_softening, tilt)
+    left = apply(found.stress_stiffening, tilt) - softening
     assert np.abs(left).max() < 1e-11 * np.abs(softening).max()
 
 
@@ -152,13 +204,36 @@ def test_the_stress_of_a_fit_stiffens_and_costs_a_tilt_no_force() -> None:
     """Its own geometric stiffness: in proportion to the fit, and none for a rigid tilt."""
     stiffness = []
     for overlap in (1e-5, 2e-5, 3e-5):
-        found = operators(fitted(replace(FIT, interference_m=overlap), beyond=0.05), 1, top=0.0)
+        made = fitted(replace(FIT, interference_m=overlap), beyond=0.05)
+        found = operators(made, 1, size=0.02, top=0.0)
         k = sparse(found.stiffness)
         assert np.abs(k @ found.rigid_motions["ry"]).max() < 1e-14 * np.abs(k).max()
         stiffness.append(elastic_hz(found) ** 2)
     first, second = np.diff(stiffness, axis=0)
     assert second == pytest.approx(first, rel=1e-2)
     assert (np.abs(first) > 1e-6 * stiffness[0]).any()
+
+
+def test_a_fit_in_a_solid_is_that_of_the_meridian() -> None:
+    """Its stress stiffens as much, costs a tilt no force, and moves the rim as Lamé has it."""
+    changes = []
+    for made in (operators, solid):
+        found = [
+            made(fitted(replace(FIT, interference_m=overlap), beyond=0.05), 1, size=0.02, top=0.0)
+            for overlap in (1e-5, 1e-4)
+        ]
+        tilt = apply(found[1].stiffness, found[1].rigid_motions["ry"][:, None])
+        assert np.abs(tilt).max() < 1e-14 * np.abs(sparse(found[1].stiffness)).max()
+        changes.append(np.diff([elastic_hz(f)[0] ** 2 for f in found]))
+    assert changes[1] == pytest.approx(changes[0], rel=0.02)
+    found = solid(fitted(FIT, CORK), 0, degree=3)
+    field = compat.owned_values(found.ingredients.joints.fit.field).reshape(-1, 3)
+    x = found.space.tabulate_dof_coordinates()
+    radius = np.hypot(x[:, 0], x[:, 1])
+    moved = np.einsum("ni,ni->n", field[:, :2], x[:, :2] / radius[:, None])[radius > RIM - 1e-9]
+    pressure = lame_pressure(FIT.interference_m)
+    lame = 2.0 * pressure * SEAT**2 * RIM / (E * (RIM**2 - SEAT**2))
+    assert moved == pytest.approx(np.full(len(moved), lame), rel=1e-4)
 
 
 def test_what_lifts_softens_as_estimated() -> None:
@@ -173,18 +248,14 @@ def test_what_lifts_softens_as_estimated() -> None:
         ),
         joints=(replace(FIT, interference_m=4e-6),),
     )
-    found = operators(wheel, 1, size=0.02, top=top)
     request = ReductionRequest(
-        level="harmonic", orders=(1,), components=(), degree=3, modes=8,
+        level="harmonic", orders=(1,), components=(), degree=2, modes=8,
         maximum_speed_rad_s=top, gyroscopic=True, centrifugal=True,
     )  # fmt: skip
-    basis, _ = reduce_order(found, request, np.zeros((0, 3)))
-    lifted = lift_energy(found, basis, top)
-    n = basis.vectors.shape[1]
-    energy = top**4 * lifted.gram.reshape(4, n, 4, n)[3, :, 3]
-    k, m = (project(a, basis.vectors, found.comm) for a in (found.stiffness, found.mass))
-    values, vectors = scipy.linalg.eigh(k, m)
-    estimate = -0.5 * np.diag(vectors.T @ energy @ vectors)[2:4] / values[2:4]
+    found, in_solid = (made(wheel, 1, size=0.01, degree=2, top=top) for made in (operators, solid))
+    estimate, other = (_lift_estimate(f, request) for f in (found, in_solid))
+    # the same places of the face are closed on both levels
+    assert other == pytest.approx(estimate, rel=0.02)
     before, springs = elastic_hz(found), found.ingredients.joints.springs
     tags = found.ingredients.facet_tags
     at_rest, at_top = (
@@ -196,6 +267,17 @@ def test_what_lifts_softens_as_estimated() -> None:
     change = elastic_hz(found) / before - 1.0
     assert (change[:2] < -1e-3).all()
     assert estimate == pytest.approx(change[:2], rel=0.15)
+
+
+def _lift_estimate(found, request: ReductionRequest) -> np.ndarray:
+    """Relative change of the lowest two frequencies at the largest speed."""
+    basis, _ = reduce_order(found, request, np.zeros((0, 3)))
+    lifted = lift_energy(found, basis, request.maximum_speed_rad_s)
+    n = basis.vectors.shape[1]
+    energy = request.maximum_speed_rad_s**4 * lifted.gram.reshape(4, n, 4, n)[3, :, 3]
+    k, m = (project(a, basis.vectors, found.comm) for a in (found.stiffness, found.mass))
+    values, vectors = scipy.linalg.eigh(k, m)
+    return -0.5 * np.diag(vectors.T @ energy @ vectors)[2:4] / values[2:4]
 
 
 def test_lame_pressure_torque_and_loosening_speed() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+import numpy as np
 import pytest
 
 from solidwhirl.core.errors import UserError
@@ -16,8 +17,8 @@ from solidwhirl.pipeline.run import run_scene
 from solidwhirl.scene_reading.reader import parse_scene
 
 
-def shrunk(level: str = "harmonic", **joint):
-    fit = {"between": ["shaft", "hub"], "interference_m": 40e-6} | joint
+def shrunk(level: str = "harmonic", holes=(), **joint):
+    fit = {"between": ["shaft", "hub"], "interference_m": 40e-6, "yield_pa": 6e8} | joint
     return parse_scene(
         {
             "name": "shrunk",
@@ -33,16 +34,26 @@ def shrunk(level: str = "harmonic", **joint):
                     ],
                     "interfaces": [{"name": "left", "kind": "section", "at_m": 0.05}],
                     "joints": [fit],
+                    "holes": list(holes),
                 }
             },
             "bearings": [{"name": "one", "first": "rotor.left", "stiffness_n_per_m": 1e8}],
+            "analyses": [] if level == "beam" else [
+                {"kind": "recovery", "bodies": ["rotor"], "states": [
+                    {"mode": 3, "speed_rpm": 9000}
+                ]}
+            ],
         }
     )  # fmt: skip
 
 
-def test_a_joint_stands_in_the_results_and_on_the_page() -> None:
-    results = run_scene(shrunk(yield_pa=6e8))
-    document = results_document(results)
+@pytest.fixture(scope="module")
+def harmonic():
+    return run_scene(shrunk())
+
+
+def test_a_joint_stands_in_the_results_and_on_the_page(harmonic) -> None:
+    document = results_document(harmonic)
     (found,) = document["bodies"]["rotor"]["joints"]
     assert found["between"] == ["shaft", "hub"]
     assert found["speed_rpm"][0] == 0.0
@@ -51,7 +62,7 @@ def test_a_joint_stands_in_the_results_and_on_the_page() -> None:
     assert 9000.0 < found["lifts_at_rpm"] < found["loose_at_rpm"]
     assert len(found["pressure_pa"][0]) == len(found["along_m"])
     assert all(check["passed"] for check in document["invariants"])
-    section = page_joints.section(Run(results=results, document=document))
+    section = page_joints.section(Run(results=harmonic, document=document))
     assert section is not None
     table = section.blocks[0]
     assert table.rows[0][0] == "rotor: hub on shaft"
@@ -65,9 +76,24 @@ def test_beams_say_that_they_are_bonded() -> None:
     assert "45 degrees" in effect.why
 
 
-def test_solids_refuse_joints() -> None:
-    with pytest.raises(UserError, match="joints at level 'solid' are not built"):
-        build_bodies(shrunk("solid"))
+def test_both_levels_agree_and_recover_all_of_the_energy(harmonic) -> None:
+    """Frequencies within the sum of the estimates; the springs' energy is that of the field too."""
+    found = [results_document(results) for results in (harmonic, run_scene(shrunk("solid")))]
+    assert all(check["passed"] for document in found for check in document["invariants"])
+    (meridian,), (solid,) = (d["bodies"]["rotor"]["joints"] for d in found)
+    assert solid == meridian
+    rows, errors = (
+        [np.array([row[-1] for row in d["campbell"][key]]) for d in found]
+        for key in ("frequency_hz", "frequency_error_estimate")
+    )
+    assert (np.abs(rows[1] / rows[0] - 1.0) <= errors[0] + errors[1]).all()
+
+
+def test_features_refuse_joints() -> None:
+    with pytest.raises(UserError, match=r"joints are of bodies of revolution, .* holes 'row'"):
+        build_bodies(shrunk("solid", holes=[
+            {"name": "row", "in": "hub", "count": 4, "pitch_radius_m": 0.045, "diameter_m": 0.006}
+        ]))  # fmt: skip
 
 
 def test_a_hub_that_yields_is_refused_by_its_body() -> None:
