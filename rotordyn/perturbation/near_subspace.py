@@ -216,7 +216,7 @@ def matrix_at(known: Known, speed_rad_s: float) -> Matrix:
     return np.asarray(found)
 
 
-class _Mixer:
+class Mixer:
     """Iterates P + f(P) that come to rest earlier by what the last steps tell (Anderson 1965)."""
 
     def __init__(self) -> None:
@@ -266,7 +266,7 @@ def followed(known: Known, matrix: Matrix, part: Matrix) -> Followed | None:
     back, rest = matrix[size:, :size], matrix[size:, size:]
     apart = others.rates_of(rest)[:, None] - lowest.rates_of(own)
     divisors = others.divisors(apart, lowest.rates.size)
-    mixer = _Mixer()
+    mixer = Mixer()
     before = np.inf
     for step in range(_STEPS):
         move = others.divided(part @ (own + across @ part) - back - rest @ part, divisors)

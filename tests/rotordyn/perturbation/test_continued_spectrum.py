@@ -12,6 +12,7 @@ from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.core.ledger import SYSTEMS
 from solidwhirl.rotordyn.perturbation import lowest_modes
 from solidwhirl.rotordyn.perturbation.continued_spectrum import NearModes, known_spectrum
+from solidwhirl.rotordyn.perturbation.near_subspace import Mixer
 
 NEEDED = 6
 FILM = polynomial_law((1.0, 3e-4), (1.0, 1e-4), (1.0, -2e-4), (1.0, -1e-4), top=3000.0)
@@ -101,3 +102,17 @@ def test_a_damped_diagram_needs_few_whole_spectra(kind, monkeypatch):
     np.testing.assert_allclose(found.eigenvalues, whole.eigenvalues, rtol=1e-9)
     assert (found.whirl == whole.whirl).all()
     assert [note.text for note in found.notes] == [note.text for note in whole.notes]
+
+
+@pytest.mark.parametrize("rates", [(0.8, -0.5), (0.7 + 0.2j, -0.6j)])
+def test_mixed_iterates_come_to_rest_in_few_steps_and_tell_how_far_they_are(rates):
+    """P + f = J P + b with two rates of convergence: three iterates tell where it rests."""
+    slow, rest = np.array([rates]), np.array([[1.0, -2.0]])
+    part, mixer, errors = np.zeros_like(rest * slow), Mixer(), []
+    for _ in range(3):
+        move = slow * part + (1.0 - slow) * rest - part
+        part, farther = mixer.after(part, move)
+        errors.append(np.linalg.norm(part - rest))
+    assert errors[1] > 0.1 and errors[2] < 1e-9
+    # what the changes tell of the distance is not far below it
+    assert errors[2] < farther * np.linalg.norm(move) < 1.0
