@@ -225,10 +225,10 @@ class Mixer:
         self._steps: list[Matrix] = []
 
     def after(self, part: Matrix, move: Matrix) -> tuple[Matrix, float]:
-        """Return the next iterate, and the distance of P + f from rest as a multiple of |f|.
+        """Return the next iterate, and about how far P + f is from rest, over |f|.
 
-        What P + f and f changed by in the last steps tells that distance, and of all sums with
-        these changes the iterate is where f is least.
+        The changes of P + f and f in the last steps tell that distance, and of all sums with these
+        changes the iterate is where f is least.
         """
         found, last, self._last = part + move, self._last, [part + move, move]
         if not last:
@@ -275,7 +275,7 @@ def followed(known: Known, matrix: Matrix, part: Matrix) -> Followed | None:
             return None
         before = moved
         part, farther = mixer.after(part, move)
-        if moved * farther <= _AT_REST * whole:
+        if moved * max(farther, min(1.0, farther / (1.0 - _SLOW))) <= _AT_REST * whole:
             break
     else:
         return None
