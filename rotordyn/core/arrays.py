@@ -20,7 +20,7 @@ StringArray = np.ndarray[Any, np.dtype[np.str_]]
 
 def freeze_arrays(record: Any, *names: str) -> None:
     """Replace arrays of a frozen dataclass by read-only copies: those named, or all it holds."""
-    for name in names or _field_names(type(record)):
+    for name in names or _field_names(record.__class__):
         value = getattr(record, name)
         if names or isinstance(value, np.ndarray):
             array = np.array(value)
