@@ -86,8 +86,8 @@ class HeldModes(NamedTuple):
         apart = speeds**-2 * (1.0 + _BESIDE) - self.inverse_squares[:, None]
         near = np.argsort(np.abs(apart), axis=0)[:_NEAR]
         active = np.take_along_axis(apart, near, axis=0)
+        np.put_along_axis(apart, near, np.inf, axis=0)
         follow = 1.0 / apart
-        np.put_along_axis(follow, near, 0.0, axis=0)
         change = (stiffness - self.stiffness) / speeds[:, None, None] ** 2
         r, own = len(near), self.motions[:, near].transpose(2, 0, 1)
         size = r + len(self.motions)
