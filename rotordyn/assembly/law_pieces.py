@@ -115,12 +115,12 @@ class LawPieces(ReadOnlyArrays):
         """Return all coefficients times a factor."""
         return LawPieces(starts_rad_s=self.starts_rad_s, polynomials=factor * self.polynomials)
 
-    def of_motion(self, motion: Matrix) -> ScalarPieces:
-        """Return mᴴ k m of the symmetric part of the stiffness over the speed; m of shape (2,)."""
+    def of_motions(self, motions: Matrix) -> ScalarPieces:
+        """Return mᴴ k m of the symmetric part of the stiffness over the speed; m: (2, s)."""
         stiffness = self.polynomials[:, :, 0]
         even = 0.5 * (stiffness + stiffness.swapaxes(-1, -2))
-        rows = (motion.conj() @ even @ motion).real
-        return ScalarPieces(self.starts_rad_s, rows.tolist())
+        rows = (motions.conj() * (even @ motions)).sum(axis=-2).real
+        return ScalarPieces(np.array(self.starts_rad_s), rows)
 
     def between(self, low_rad_s: float, high_rad_s: float) -> Iterator[LawPiece]:
         """Yield the pieces inside a range of speeds, not negative."""
@@ -147,19 +147,22 @@ class LawPieces(ReadOnlyArrays):
 
 
 class ScalarPieces(NamedTuple):
-    """Polynomials of the speed beyond the start of a piece, lowest order first."""
+    """Polynomials of the speed beyond the start of a piece, lowest order first.
 
-    starts: tuple[float, ...]
-    rows: list[list[float]]
+    `starts`: (pieces,); `rows`: (pieces, degree + 1, s) of s quantities.
+    """
 
-    def at(self, speed: float) -> tuple[float, float]:
-        """Return value and slope at a speed, not negative."""
-        piece = max(0, bisect_right(self.starts, speed) - 1)
-        beyond = speed - self.starts[piece]
-        value = slope = 0.0
-        for coefficient in reversed(self.rows[piece]):
+    starts: FloatArray
+    rows: FloatArray
+
+    def at(self, speeds: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return value and slope of each quantity at a speed of its own, not negative, (s,)."""
+        pieces = np.maximum(np.searchsorted(self.starts, speeds, side="right") - 1, 0)
+        beyond = speeds - self.starts[pieces]
+        value, slope = np.zeros((2, speeds.size))
+        for row in self.rows[pieces, :, range(speeds.size)].T[::-1]:
             slope = slope * beyond + value
-            value = value * beyond + coefficient
+            value = value * beyond + row
         return value, slope
 
 

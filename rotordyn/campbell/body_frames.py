@@ -28,8 +28,8 @@ from solidwhirl.rotordyn.core.arrays import (
     together,
 )
 from solidwhirl.rotordyn.core.errors import AnalysisError
-from solidwhirl.rotordyn.modes.centreline import centreline_motion
 from solidwhirl.rotordyn.modes.eigen import modes_at_speed
+from solidwhirl.rotordyn.superelement.centreline import centreline_motion
 from solidwhirl.rotordyn.superelement.circumferential_orders import body_turns
 
 # Eigenvalues closer than this (relative) share a subspace; any basis of it is one of modes.

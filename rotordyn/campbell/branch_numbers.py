@@ -17,8 +17,8 @@ from solidwhirl.rotordyn.campbell.diagram import Campbell
 from solidwhirl.rotordyn.campbell.matching import overlaps
 from solidwhirl.rotordyn.campbell.tracking import Tracker
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
-from solidwhirl.rotordyn.modes.centreline import interface_rows
 from solidwhirl.rotordyn.modes.eigen import Modes, mode_columns, modes_at_speed
+from solidwhirl.rotordyn.superelement.centreline import interface_rows
 
 # Eigenvalues of branches closer than this (relative) do not tell them apart.
 _SAME = 1e-7

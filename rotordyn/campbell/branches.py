@@ -461,12 +461,10 @@ def _veerings(
 ) -> Iterator[int]:
     """Yield the speeds where two branches are closest, without crossing, and exchange shapes."""
     signs, gap = np.sign(gap), np.abs(gap)
-    for at in range(1, gap.size - 1):
-        if not signs[at - 1] == signs[at] == signs[at + 1]:
-            continue
-        nearest = gap[at] <= gap[at - 1] and gap[at] < gap[at + 1]
-        if not nearest or not SAME_FREQUENCY * omega[at] < gap[at] < _CLOSE * omega[at]:
-            continue
+    closest = (gap[1:-1] <= gap[:-2]) & (gap[1:-1] < gap[2:])
+    closest &= (signs[1:-1] == signs[:-2]) & (signs[1:-1] == signs[2:])
+    closest &= (gap > SAME_FREQUENCY * omega)[1:-1] & (gap < _CLOSE * omega)[1:-1]
+    for at in (1 + np.flatnonzero(closest)).tolist():
         left = np.flatnonzero(gap[:at] >= _APART * gap[at])
         right = np.flatnonzero(gap[at:] >= _APART * gap[at])
         if left.size == 0 or right.size == 0:

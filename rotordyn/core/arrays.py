@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -19,11 +20,17 @@ StringArray = np.ndarray[Any, np.dtype[np.str_]]
 
 def freeze_arrays(record: Any, *names: str) -> None:
     """Replace arrays of a frozen dataclass by read-only copies: those named, or all it holds."""
-    held = (f.name for f in fields(record) if isinstance(getattr(record, f.name), np.ndarray))
-    for name in names or tuple(held):
-        array = np.array(getattr(record, name))
-        array.setflags(write=False)
-        object.__setattr__(record, name, array)
+    for name in names or _field_names(record.__class__):
+        value = getattr(record, name)
+        if names or isinstance(value, np.ndarray):
+            array = np.array(value)
+            array.setflags(write=False)
+            object.__setattr__(record, name, array)
+
+
+@cache
+def _field_names(kind: type) -> tuple[str, ...]:
+    return tuple(field.name for field in fields(kind))
 
 
 class ReadOnlyArrays:

@@ -24,6 +24,7 @@ from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, Matrix
 from solidwhirl.rotordyn.core.dense import Scaled, scale_by_stiffness
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.ledger import solved
+from solidwhirl.rotordyn.critical_speeds.held_modes import SpeedMatrix, held_modes, refined_roots
 from solidwhirl.rotordyn.critical_speeds.whirl_pencils import (
     Pencil,
     PencilLaw,
@@ -45,15 +46,9 @@ _TOUCH = 1e-11
 _SAME_SPEED, _PARALLEL = 1e-8, 0.99
 # Between roots further apart than this (relative) eigenvalues are counted.
 _APART = 1e-5
-# Parts of an interval in which bearings are held as in the middle for first guesses, how far beyond
-# its part (in Ω²) a guess may lie, and iterations at most.
-_HELD, _BEYOND, _ITERATIONS = 3, 1.5, 12
-# Stiffness that is added to the held one, as a part of the largest.
-_SOFT = 1e-12
-# Relative change of a speed that is at rest.
-_AT_REST = 1e-14
-# After a step of an iteration that converges cubically by less than this the next one is nothing.
-_CUBED = 1e-6
+# Parts of an interval in which bearings are held as in the middle for first guesses, and how far
+# beyond its part (in Ω²) a guess may lie.
+_HELD, _BEYOND = 3, 1.5
 
 
 class SpeedRoots(NamedTuple):
@@ -245,13 +240,15 @@ class _Search:
     """
 
     def __init__(self, pencil: Pencil, scaled: Scaled, limit: float) -> None:
-        basis = _basis(scaled, limit)
-        self.basis = basis
-        self.stiffness = basis.conj().T @ pencil.stiffness @ basis
-        self.inertia = basis.conj().T @ pencil.inertia @ basis
+        self.basis = basis = _basis(scaled, limit)
         self.laws = tuple(law._replace(motion=law.motion @ basis) for law in pencil.laws)
-        self.motions = np.vstack([law.motion for law in self.laws])
         self.pieces = _known(pencil.laws)
+        self.free = SpeedMatrix(
+            stiffness=basis.conj().T @ pencil.stiffness @ basis,
+            inertia=basis.conj().T @ pencil.inertia @ basis,
+            motions=np.vstack([law.motion for law in self.laws]),
+            laws=self.pieces,
+        )
         self.turns = tuple(
             np.union1d(_stationary(pieces, 0.0, limit), pieces.knots_rad_s)
             for pieces in self.pieces
@@ -263,17 +260,13 @@ class _Search:
         """Return E."""
         return self._assembled(speed, [law.stiffness(speed) / speed**2 for law in self.laws])
 
-    def stiffness_at(self, speed: float) -> Matrix:
-        """Return K with the bearings as they are at a speed."""
-        return speed**2 * (self.matrix(speed) + self.inertia)
-
     def _assembled(self, speed: float, over_squares: list[FloatArray]) -> Matrix:
         """Return E with K/Ω² at a speed and k/Ω² of the bearings as given."""
         even = np.zeros((2 * len(over_squares), 2 * len(over_squares)))
         for at, k in enumerate(over_squares):
             even[2 * at : 2 * at + 2, 2 * at : 2 * at + 2] = 0.5 * (k + k.T)
-        bearings = self.motions.conj().T @ (even @ self.motions)
-        return np.asarray(self.stiffness / speed**2 + bearings - self.inertia)
+        bearings = self.free.motions.conj().T @ (even @ self.free.motions)
+        return np.asarray(self.free.stiffness / speed**2 + bearings - self.free.inertia)
 
     def eigenvalues(self, speed: float) -> FloatArray:
         """Return the eigenvalues of E, rising, computed once."""
@@ -323,25 +316,18 @@ class _Search:
         """Return distinct roots of an interval and their vectors, from bearings held as they are.
 
         In each part of the interval E with the bearings as in its middle gives speeds and vectors
-        by one eigenproblem; Rayleigh quotient iteration refines them (Parlett 1998, The Symmetric
-        Eigenvalue Problem, section 4.6). What comes twice or leaves the interval is left out.
+        by one eigenproblem. What comes twice or leaves the interval is left out.
         """
         found: list[tuple[float, Matrix]] = []
         edges = np.geomspace(low, high, _HELD + 1)
         for begin, end in pairwise(edges.tolist()):
-            held = self.stiffness_at(float(np.sqrt(begin * end)))
-            solved("eigenproblems")
-            try:
-                # a guess bears what keeps a motion without stiffness from being singular
-                held = held + _SOFT * np.abs(np.diag(held)).max() * np.eye(len(held))
-                inverse_squares, vectors = la.eigh(self.inertia, held)
-            except la.LinAlgError:  # a negative stiffness
+            held = held_modes(self.free, float(np.sqrt(begin * end)))
+            if held is None:
                 return []
-            near = (inverse_squares > end**-2 / _BEYOND) & (inverse_squares < begin**-2 * _BEYOND)
-            for at in np.flatnonzero(near):
-                root = self._iterated(float(inverse_squares[at] ** -0.5), vectors[:, at])
-                if root is not None and low < root[0] <= high:
-                    found.append(root)
+            guesses = held.inverse_squares
+            near = (guesses > end**-2 / _BEYOND) & (guesses < begin**-2 * _BEYOND)
+            roots = refined_roots(self.free, held, np.flatnonzero(near))
+            found += [root for root in roots if low < root[0] <= high]
         found.sort(key=lambda root: root[0])
         kept: list[tuple[float, Matrix]] = []
         for speed, vector in found:
@@ -351,46 +337,6 @@ class _Search:
             ):
                 kept.append((speed, vector))
         return kept
-
-    def _iterated(self, speed: float, vector: Matrix) -> tuple[float, Matrix] | None:
-        """Return a root and its vector of unit length by Rayleigh quotient iteration."""
-        for _ in range(_ITERATIONS):
-            try:
-                solved("factorisations")
-                vector = np.linalg.solve(self.matrix(speed), vector)
-            except la.LinAlgError:
-                return None
-            vector = vector / la.norm(vector)
-            before, speed = speed, self._quotient_root(speed, vector)
-            if not 0.0 < speed < np.inf:
-                return None
-            if abs(speed - before) <= _CUBED * speed:
-                return speed, vector
-        return None
-
-    def _quotient_root(self, speed: float, vector: Matrix) -> float:
-        """Return where vᴴ E(Ω) v is zero, next to a speed; nan if Newton's method finds none."""
-        strain = float(np.vdot(vector, self.stiffness @ vector).real)
-        inertia = float(np.vdot(vector, self.inertia @ vector).real)
-        held = [
-            pieces.of_motion(law.motion @ vector)
-            for law, pieces in zip(self.laws, self.pieces, strict=True)
-        ]
-        here = speed**-2
-        for _ in range(_ITERATIONS):
-            stiffness, slope = strain, 0.0
-            for law in held:
-                value, rate = law.at(speed)
-                stiffness, slope = stiffness + value, slope + rate
-            fall = stiffness - 0.5 * speed * slope
-            step = (inertia - stiffness * here) / fall if fall else np.nan
-            here = here + step
-            if not 0.0 < here < np.inf:
-                return float("nan")
-            speed = here**-0.5
-            if abs(step) <= _AT_REST * here:
-                return speed
-        return float("nan")
 
     def bounded(self, low: float, high: float) -> list[_Root]:
         """Return the roots of an interval without kinks, halving it where bounds do not decide."""

@@ -9,7 +9,7 @@ from solidwhirl.rotordyn.assembly.coordinates import body_rows, interface_row
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
-from solidwhirl.rotordyn.modes.centreline import Centreline, centreline_motion
+from solidwhirl.rotordyn.superelement.centreline import Centreline, centreline_motion
 
 # Share of the length of a body beyond its outermost known points at which a place still counts as
 # on it; what is beyond them is continued.

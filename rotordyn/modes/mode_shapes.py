@@ -18,9 +18,9 @@ from solidwhirl.rotordyn.core.arrays import (
     StringArray,
 )
 from solidwhirl.rotordyn.core.errors import AnalysisError
-from solidwhirl.rotordyn.modes.centreline import centreline_motion, interface_rows
 from solidwhirl.rotordyn.modes.eigen import Modes
 from solidwhirl.rotordyn.modes.whirl import interface_orbits, whirl_at_speed
+from solidwhirl.rotordyn.superelement.centreline import centreline_motion, interface_rows
 
 # A mode whose largest deflection times the root of the mass is below this has no lateral motion
 # (modes have unit modal mass, so a rigid translation has 1).

@@ -22,13 +22,14 @@ from solidwhirl.rotordyn.modes.split_spectrum import unturned_modes, whirl_in_th
 from solidwhirl.rotordyn.modes.whirl import separated_whirl
 from solidwhirl.rotordyn.perturbation.left_vectors import dynamic_stiffness
 from solidwhirl.rotordyn.perturbation.near_subspace import (
+    Followed,
     Known,
     Problem,
     RealBasis,
     WhirlBasis,
-    change,
     followed,
     known_subspaces,
+    matrix_at,
 )
 
 # Modes beyond the needed ones among which the widest gap of frequency is looked for.
@@ -179,27 +180,25 @@ class NearModes:
         same = np.array_equal(matrices.stiffness, self._stiffness)
         if not same and not _is_definite(matrices.stiffness):
             return None
-        changed = change(known, speed_rad_s)
-        found = followed(known, changed, self._expected(speed_rad_s))
+        found = followed(known, matrix_at(known, speed_rad_s), self._expected(speed_rad_s))
         if found is None:
             return None
         # a polynomial through places side by side magnifies their rounding
         nearest = min(abs(speed_rad_s - place) for place in self._places)
         if nearest > _SIDE_BY_SIDE * abs(speed_rad_s - known.speed_rad_s):
-            self._places[speed_rad_s] = found[0]
-        low = _Low(*_lowest(known, changed, found[0]), found[1])
+            self._places[speed_rad_s] = found.part
         modes = _pairs if isinstance(known.lowest, RealBasis) else _whirl
-        return modes(self.assembled, matrices, speed_rad_s, low)
+        return modes(self.assembled, matrices, speed_rad_s, _lowest(known, found))
 
     def _expected(self, speed_rad_s: float) -> Matrix:
         """Return P as a polynomial through the nearest places."""
         places = np.array(sorted(self._places, key=lambda at: abs(at - speed_rad_s))[:_MOST_PLACES])
         apart = places[:, None] - places
-        away = speed_rad_s - places
+        ratios = (speed_rad_s - places) / np.where(apart == 0, 1.0, apart)
+        np.fill_diagonal(ratios, 1.0)
+        weights = ratios.prod(axis=1)
         expected: Matrix = np.zeros_like(self._places[self.known.speed_rad_s])
-        for k, place in enumerate(places):
-            others = np.arange(places.size) != k
-            weight = np.prod(away[others] / apart[k, others])
+        for place, weight in zip(places, weights, strict=True):
             expected = expected + weight * self._places[float(place)]
         return expected
 
@@ -212,14 +211,13 @@ class _Low(NamedTuple):
     bound: float
 
 
-def _lowest(known: Known, changed: Matrix, part: Matrix) -> tuple[ComplexArray, ComplexArray]:
+def _lowest(known: Known, found: Followed) -> _Low:
     """Return the eigenvalues of the subspace of the lowest modes, and their shapes."""
-    size = known.lowest.shapes.shape[1]
-    low = known.lowest.diagonal() + changed[:size, :size] + changed[:size, size:] @ part
     solved("continued")
-    values, vectors = nla.eig(low)
-    shapes: Matrix = known.lowest.shapes + known.others.shapes @ part
-    return values, real_times(shapes, vectors) if np.isrealobj(shapes) else shapes @ vectors
+    values, vectors = (np.asarray(one, dtype=complex) for one in nla.eig(found.low))
+    shapes = np.asarray(known.lowest.shapes + known.others.shapes @ found.part)
+    moving = real_times(shapes, vectors) if np.isrealobj(shapes) else shapes @ vectors
+    return _Low(values, moving, found.bound)
 
 
 def _pairs(

@@ -33,16 +33,21 @@ class LowestModes:
 
     def at(self, speed_rad_s: float) -> Modes:
         """Return the modes at a speed, computed once: the lowest alone where that is enough."""
-        if speed_rad_s not in self._known:
-            found = self.at_hand(speed_rad_s)
-            if found is None and (ahead := self._ahead_of(speed_rad_s)) is not None:
-                self.whole_at(ahead)
-                found = self.at_hand(speed_rad_s)
-            if found is None:
-                return self.whole_at(speed_rad_s)
+        is_known = self._reaches(speed_rad_s)
+        if not is_known and (ahead := self._ahead_of(speed_rad_s)) is not None:
+            self.whole_at(ahead)
+            # back from there, as each helps to find the next
+            coming = self.coming_rad_s[::-1]
+            between = (coming - speed_rad_s) * (coming - ahead) < 0
+            is_known = all(map(self._reaches, [*coming[between].tolist(), speed_rad_s]))
+        return self._known[speed_rad_s] if is_known else self.whole_at(speed_rad_s)
+
+    def _reaches(self, speed_rad_s: float) -> bool:
+        """Whether modes at a speed are known, or at hand, and so become known."""
+        if speed_rad_s not in self._known and (found := self.at_hand(speed_rad_s)) is not None:
             self._known[speed_rad_s] = found
             self._continued.add(speed_rad_s)
-        return self._known[speed_rad_s]
+        return speed_rad_s in self._known
 
     def whole_at(self, speed_rad_s: float) -> Modes:
         """Return all modes to compute at a speed, from which those at others are found."""

@@ -21,6 +21,8 @@ from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, Matrix
 
 # Iterations at most, the relative change of P at rest, and what factor of convergence is too slow.
 _STEPS, _AT_REST, _SLOW = 30, 1e-11, 0.6
+# Iterates before the last one that the next one is mixed with; what keeps parallel ones apart.
+_MIXED, _PARALLEL = 2, 1e-13
 # Modes of a known speed are as good as this (relative) where they serve as a basis.
 _GOOD = 1e-9
 
@@ -44,34 +46,51 @@ class RealBasis(NamedTuple):
         matrix[at, pairs + at], matrix[pairs + at, at] = self.rates.imag, -self.rates.imag
         return matrix
 
-    def rates_with(self, own: FloatArray) -> ComplexArray:
-        """Return λ, λ* and real λ with the diagonal of E, (columns,)."""
-        p, at = self.rates.size, np.arange(self.rates.size)
-        even = own[at, at] + own[p + at, p + at]
-        shift = 0.5 * (even + 1j * (own[at, p + at] - own[p + at, at]))
-        pairs = self.rates + shift
-        return np.concatenate((pairs, pairs.conj(), self.reals + np.diag(own)[2 * p :]))
+    def rates_of(self, matrix: FloatArray) -> ComplexArray:
+        """Return λ, λ* and real λ that the diagonal of a matrix near Λ tells, (columns,)."""
+        p, own = self.rates.size, matrix.diagonal()
+        turning = matrix.diagonal(p)[:p] - matrix.diagonal(-p)[:p]
+        pairs = 0.5 * (own[:p] + own[p : 2 * p] + 1j * turning)
+        return np.concatenate((pairs, pairs.conj(), own[2 * p :]))
 
-    def of_rates(self, matrix: FloatArray, p: int) -> ComplexArray:
-        """Return rows of λ of a matrix with p pairs of columns: those of λ, λ*, real λ."""
-        h = self.rates.size
+    def divisors(self, apart: ComplexArray, pairs: int) -> tuple[ComplexArray, ...]:
+        """Return what `divided` multiplies by. `apart`: λ − λ'; `pairs`: how many λ' have them."""
+        inverse = 1.0 / apart[: self.rates.size]
+        one, other, real = np.split(inverse, (pairs, 2 * pairs), axis=1)
+        return 0.5 * (one + other), 0.5j * (one - other), real
+
+    def divided(self, matrix: FloatArray, divisors: tuple[ComplexArray, ...]) -> FloatArray:
+        """Return the matrix whose entry of λ and λ' of the lowest is divided by λ − λ'."""
+        same, crossed, real = divisors
+        h, p = same.shape
         row = matrix[:h] - 1j * matrix[h:]
-        along, across = row[:, :p], 1j * row[:, p : 2 * p]
-        return np.hstack((along + across, along - across, row[:, 2 * p :]))
+        first, second = row[:, :p], row[:, p : 2 * p]
+        out = np.empty_like(matrix)
+        for at, part in (
+            (slice(p), same * first + crossed * second),
+            (slice(p, 2 * p), same * second - crossed * first),
+            (slice(2 * p, None), real * row[:, 2 * p :]),
+        ):
+            out[:h, at], out[h:, at] = part.real, -part.imag
+        return out
 
-    def of_states(self, matrix: ComplexArray, p: int) -> FloatArray:
-        """Return the real matrix that has these rows and columns of λ."""
-        one, other = matrix[:, :p], matrix[:, p : 2 * p]
-        row = np.hstack((0.5 * (one + other), -0.5j * (one - other), matrix[:, 2 * p :]))
-        return np.vstack((row.real, -row.imag))
-
-    def entries(self, matrix: FloatArray) -> ComplexArray:
-        """Return rows of λ of a matrix whose columns are these states, too."""
-        return 0.5 * self.of_rates(matrix, self.rates.size)
+    def sums_beside(self, matrix: FloatArray) -> FloatArray:
+        """Return the sum of the absolute values beside the diagonal in rows of λ, (pairs,)."""
+        h, at = self.rates.size, np.arange(self.rates.size)
+        first, second = matrix[:h], matrix[h:]
+        along = first[:, :h] + second[:, h:], first[:, h:] - second[:, :h]
+        across = first[:, :h] - second[:, h:], first[:, h:] + second[:, :h]
+        for part in along:
+            part[at, at] = 0.0
+        sizes = (np.sqrt(x * x + y * y).sum(axis=1) for x, y in (along, across))
+        return np.asarray(0.5 * sum(sizes))
 
 
 class WhirlBasis(NamedTuple):
-    """Basis of states of z = p + i s, each with its own λ: `rates`, `shapes`, `moving`."""
+    """Basis of states of z = p + i s, each with its own λ: `rates`, `shapes`, `moving`.
+
+    As `RealBasis`.
+    """
 
     rates: ComplexArray
     shapes: ComplexArray
@@ -81,21 +100,23 @@ class WhirlBasis(NamedTuple):
         """Return Λ."""
         return np.diag(self.rates)
 
-    def rates_with(self, own: ComplexArray) -> ComplexArray:
-        """Return λ with the diagonal of E, (columns,)."""
-        return self.rates + np.diag(own)
+    def rates_of(self, matrix: ComplexArray) -> ComplexArray:
+        """Return λ that the diagonal tells."""
+        return matrix.diagonal()
 
-    def of_rates(self, matrix: ComplexArray, _: int) -> ComplexArray:
-        """Return the matrix: states are those of λ."""
-        return matrix
+    def divisors(self, apart: ComplexArray, _: int) -> tuple[ComplexArray, ...]:
+        """Return what `divided` multiplies by."""
+        return (1.0 / apart,)
 
-    def of_states(self, matrix: ComplexArray, _: int) -> ComplexArray:
-        """Return the matrix."""
-        return matrix
+    def divided(self, matrix: ComplexArray, divisors: tuple[ComplexArray, ...]) -> ComplexArray:
+        """Return the matrix with its entries divided."""
+        return matrix * divisors[0]
 
-    def entries(self, matrix: ComplexArray) -> ComplexArray:
-        """Return the matrix."""
-        return matrix
+    def sums_beside(self, matrix: ComplexArray) -> FloatArray:
+        """Return the sum of the absolute values beside the diagonal in each row."""
+        sizes = np.sqrt(matrix.real**2 + matrix.imag**2)
+        np.fill_diagonal(sizes, 0.0)
+        return np.asarray(sizes.sum(axis=1))
 
 
 Basis = RealBasis | WhirlBasis
@@ -125,7 +146,7 @@ class Problem(NamedTuple):
 
 
 class Known(NamedTuple):
-    """A speed with its whole spectrum: lowest modes, the others, and E per cause.
+    """A speed with its whole spectrum: lowest modes, the others, Λ, and E per cause.
 
     `by_spin`: E per rad/s, `by_square`: per (rad/s)² of the centrifugal stiffness.
     """
@@ -133,6 +154,7 @@ class Known(NamedTuple):
     speed_rad_s: float
     lowest: Basis
     others: Basis
+    modal: Matrix
     by_spin: Matrix
     by_square: Matrix | None
     laws: tuple[Law, ...]
@@ -162,13 +184,15 @@ def known_subspaces(
     size = lowest.shapes.shape[1]
     force = problem.stiffness @ top[:, :size] + problem.velocity @ bottom[:, :size]
     found = inverse[:size, :n] @ bottom[:, :size] - dual[:size] @ force
-    if not la.norm(found - lowest.diagonal()) <= _GOOD * la.norm(lowest.diagonal()):
+    modal = la.block_diag(lowest.diagonal(), others.diagonal())
+    if not la.norm(found - modal[:size, :size]) <= _GOOD * la.norm(modal[:size, :size]):
         return None
     square = problem.centrifugal
     return Known(
         speed_rad_s=speed_rad_s,
         lowest=lowest,
         others=others,
+        modal=modal,
         by_spin=-dual @ (problem.turning @ bottom + problem.circulating @ top),
         by_square=-dual @ (square @ top) if square.any() else None,
         laws=tuple(
@@ -178,9 +202,9 @@ def known_subspaces(
     )
 
 
-def change(known: Known, speed_rad_s: float) -> Matrix:
-    """Return E at a speed."""
-    found = (speed_rad_s - known.speed_rad_s) * known.by_spin
+def matrix_at(known: Known, speed_rad_s: float) -> Matrix:
+    """Return A = Λ + E at a speed."""
+    found = known.modal + (speed_rad_s - known.speed_rad_s) * known.by_spin
     if known.by_square is not None:
         found += (speed_rad_s**2 - known.speed_rad_s**2) * known.by_square
     for law in known.laws:
@@ -189,44 +213,77 @@ def change(known: Known, speed_rad_s: float) -> Matrix:
         r = len(law.shapes)
         k, c = (a[:r, :r] - b[:r, :r] for a, b in zip(there, here, strict=True))
         found -= law.pushed @ (k @ law.shapes + c @ law.moving)
-    return found
+    return np.asarray(found)
 
 
-def followed(known: Known, changed: Matrix, part: Matrix) -> tuple[Matrix, float] | None:
-    """Return P, and a frequency below which no other mode lies; None if there is none.
+class Mixer:
+    """Iterates P + f(P) that come to rest earlier by what the last steps tell (Anderson 1965)."""
 
-    `changed`: E; `part`: about P.
+    def __init__(self) -> None:
+        self._last: list[Matrix] = []
+        self._turns: list[Matrix] = []
+        self._steps: list[Matrix] = []
+
+    def after(self, part: Matrix, move: Matrix) -> tuple[Matrix, float]:
+        """Return the next iterate, and about how far P + f is from rest, over |f|.
+
+        The changes of P + f and f in the last steps tell that distance, and of all sums with these
+        changes the iterate is where f is least.
+        """
+        found, last, self._last = part + move, self._last, [part + move, move]
+        if not last:
+            return found, 1.0
+        self._turns = [move - last[1], *self._turns[: _MIXED - 1]]
+        self._steps = [found - last[0], *self._steps[: _MIXED - 1]]
+        gram = np.array([[np.vdot(a, b) for b in self._turns] for a in self._turns])
+        sizes = np.sqrt(gram.diagonal().real)
+        if not sizes.all():
+            return found, 1.0
+        distances = [float(nla.norm(step)) for step in self._steps] / sizes
+        wanted = np.array([np.vdot(turn, move) for turn in self._turns])
+        weights = nla.solve(gram + np.diag(_PARALLEL * sizes**2), wanted)
+        for weight, step in zip(weights, self._steps, strict=True):
+            found = found - weight * step
+        return found, float(distances.max())
+
+
+class Followed(NamedTuple):
+    """P, the matrix Λ1 + E11 + E12 P, and a frequency below which no other mode lies."""
+
+    part: Matrix
+    low: Matrix
+    bound: float
+
+
+def followed(known: Known, matrix: Matrix, part: Matrix) -> Followed | None:
+    """Return the subspace of the lowest modes, or None if there is none.
+
+    `matrix`: A; `part`: about P.
     """
     lowest, others = known.lowest, known.others
-    size, pairs = lowest.shapes.shape[1], lowest.rates.size
-    own, across = changed[:size, :size], changed[:size, size:]
-    back, rest = changed[size:, :size], changed[size:, size:]
-    apart = others.rates_with(rest)[: others.rates.size, None] - lowest.rates_with(own)
-    inverse = 1.0 / apart
-    low, high = own + lowest.diagonal(), rest + others.diagonal()
-    before = 1.0
+    size = lowest.shapes.shape[1]
+    own, across = matrix[:size, :size], matrix[:size, size:]
+    back, rest = matrix[size:, :size], matrix[size:, size:]
+    apart = others.rates_of(rest)[:, None] - lowest.rates_of(own)
+    divisors = others.divisors(apart, lowest.rates.size)
+    mixer = Mixer()
+    before = np.inf
     for step in range(_STEPS):
-        miss = back + high @ part - part @ (low + across @ part)
-        move = others.of_states(others.of_rates(miss, pairs) * inverse, pairs)
-        part = part - move
+        move = others.divided(part @ (own + across @ part) - back - rest @ part, divisors)
         moved, whole = float(nla.norm(move)), float(nla.norm(part))
-        rate = moved / before if step else 1.0
-        if not np.isfinite(moved) or (step > 3 and rate > _SLOW):
+        if not np.isfinite(moved) or (step > 3 and moved > _SLOW * before):
             return None
-        # what the next iterations would move
-        if moved * min(1.0, rate / (1.0 - _SLOW)) <= _AT_REST * whole:
+        before = moved
+        part, farther = mixer.after(part, move)
+        if moved * max(farther, min(1.0, farther / (1.0 - _SLOW))) <= _AT_REST * whole:
             break
-        before = moved or 1.0
     else:
         return None
     bound = _lowest_other(others, rest - part @ across)
-    return (part, bound) if bound > 0 else None
+    return Followed(part, own + across @ part, bound) if bound > 0 else None
 
 
 def _lowest_other(others: Basis, rest: Matrix) -> float:
     """Return the smallest |Im λ| in Gershgorin's discs of the others."""
-    entries = others.entries(rest)
-    at = np.arange(others.rates.size)
-    sizes = np.sqrt(entries.real**2 + entries.imag**2)
-    centre = (others.rates + entries[at, at]).imag
-    return float((np.abs(centre) - sizes.sum(axis=1) + sizes[at, at]).min())
+    centre = others.rates_of(rest)[: others.rates.size].imag
+    return float((np.abs(centre) - others.sums_beside(rest)).min())

@@ -21,7 +21,7 @@ from solidwhirl.rotordyn.assembly.reactions import JointForces, joint_forces
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, gravity_load, matrices_at_speed
 from solidwhirl.rotordyn.core.arrays import FloatArray, Matrix
 from solidwhirl.rotordyn.core.errors import AnalysisError, AssemblyError, SuperelementError
-from solidwhirl.rotordyn.modes.centreline import centreline_motion, interface_rows
+from solidwhirl.rotordyn.superelement.centreline import centreline_motion, interface_rows
 from solidwhirl.rotordyn.superelement.record import Superelement
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
 

@@ -1,6 +1,6 @@
 """One spinning body as dense matrices in named coordinates.
 
-The record, its mass moments, residual energy and surface, rigid bodies, and checks of a body.
+The record, its mass moments, residual energy, axis and surface, rigid bodies, and checks of a body.
 In: matrices of any origin. Out: `Superelement`, the only record between reduction and assembly.
 """
 

@@ -15,8 +15,8 @@ from solidwhirl.pipeline.run import Results
 from solidwhirl.rotordyn import AssembledSystem, Superelement
 from solidwhirl.rotordyn.assembly.coordinates import body_rows
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
-from solidwhirl.rotordyn.modes.centreline import centreline_motion, interface_rows
 from solidwhirl.rotordyn.modes.mode_shapes import orbits
+from solidwhirl.rotordyn.superelement.centreline import centreline_motion, interface_rows
 
 # Points of a centre line with an orbit, and points of the line itself.
 _ORBITS, _LINE = 9, 60

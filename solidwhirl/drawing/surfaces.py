@@ -13,7 +13,7 @@ from solidwhirl.drawing.bodies import RigidDisk, Silhouette
 from solidwhirl.files.surface_files import shown_surface
 from solidwhirl.rotordyn import Superelement
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
-from solidwhirl.rotordyn.modes.centreline import centreline_motion
+from solidwhirl.rotordyn.superelement.centreline import centreline_motion
 from solidwhirl.rotordyn.superelement.surface import (
     Surface,
     beam_surface,

@@ -7,7 +7,9 @@ import pytest
 from rotors import (
     between_bearings,
     connect,
+    ground,
     one_rotor,
+    polynomial_law,
     rigid_body,
     steel_shaft,
     three_disk,
@@ -19,6 +21,8 @@ from rotors import (
 from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.assembly.bearing_laws import LEE_ISOTROPIC
 from solidwhirl.rotordyn.assembly.system import with_bearing_stiffness
+from solidwhirl.rotordyn.core.ledger import SYSTEMS
+from solidwhirl.rotordyn.critical_speeds import speed_roots
 from solidwhirl.rotordyn.critical_speeds.map import critical_speed_map
 
 
@@ -246,3 +250,27 @@ def test_bearings_that_cannot_be_varied_are_refused():
     ):
         with pytest.raises(rd.AnalysisError, match=message):
             critical_speed_map(system, [name], [1e6], branch_count=1)
+
+
+def test_a_map_beside_a_speed_law_takes_few_problems_of_full_size(monkeypatch):
+    """Roots refined in the modes with the bearings held are those of each eigenvalue's sign."""
+    shaft = three_disk_element()
+    law = polynomial_law((1.0, 4e-4), (1.0, 2e-4), (1.0,), (1.0,), top=3000.0)
+    held = [ground("rotor", "left", 1e7, 6e6), ground("rotor", "right", 2e7, 1e7, speed_law=law)]
+    stiffness = np.geomspace(1e6, 1e8, 5)
+
+    def solved():
+        with SYSTEMS.counted() as counts:
+            found = critical_speed_map(
+                one_rotor(shaft, held), [held[0].name], stiffness, speed_max_rad_s=2000.0
+            )
+        return found, counts
+
+    found, counts = solved()
+    monkeypatch.setattr(speed_roots, "held_modes", lambda *_: None)
+    by_signs, many = solved()
+    assert found.speed_rad_s.shape[0] > 3
+    np.testing.assert_allclose(found.speed_rad_s, by_signs.speed_rad_s, rtol=1e-11)
+    np.testing.assert_allclose(found.likeness, by_signs.likeness, atol=1e-6)
+    assert counts["eigenproblems"] + counts["factorisations"] <= 15 * stiffness.size
+    assert many["eigenproblems"] > 5 * counts["eigenproblems"]

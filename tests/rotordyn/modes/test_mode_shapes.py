@@ -18,8 +18,8 @@ from rotors import (
 )
 
 from solidwhirl import rotordyn as rd
-from solidwhirl.rotordyn.modes.centreline import centreline_motion
 from solidwhirl.rotordyn.modes.mode_shapes import mode_shapes, orbits
+from solidwhirl.rotordyn.superelement.centreline import centreline_motion
 
 LENGTH = 0.9
 

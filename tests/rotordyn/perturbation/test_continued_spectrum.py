@@ -12,6 +12,7 @@ from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.core.ledger import SYSTEMS
 from solidwhirl.rotordyn.perturbation import lowest_modes
 from solidwhirl.rotordyn.perturbation.continued_spectrum import NearModes, known_spectrum
+from solidwhirl.rotordyn.perturbation.near_subspace import Mixer
 
 NEEDED = 6
 FILM = polynomial_law((1.0, 3e-4), (1.0, 1e-4), (1.0, -2e-4), (1.0, -1e-4), top=3000.0)
@@ -93,11 +94,40 @@ def test_a_damped_diagram_needs_few_whole_spectra(kind, monkeypatch):
         found = rd.campbell(system, speeds, branch_count=NEEDED)
     # axial motion and torsion are solved at each speed
     beside = speeds.size if kind == "isotropic" else 0
-    assert counts["eigenproblems"] <= 8 + beside
+    assert counts["eigenproblems"] <= 1 + beside
     monkeypatch.setattr(lowest_modes, "known_spectrum", lambda *_: None)
     with SYSTEMS.counted() as counts:
         whole = rd.campbell(shaft_on(kind), speeds, branch_count=NEEDED)  # nothing of it is kept
     assert counts["eigenproblems"] >= speeds.size + beside
-    np.testing.assert_allclose(found.eigenvalues, whole.eigenvalues, rtol=1e-9)
+    np.testing.assert_allclose(found.eigenvalues, whole.eigenvalues, rtol=1e-10)
     assert (found.whirl == whole.whirl).all()
     assert [note.text for note in found.notes] == [note.text for note in whole.notes]
+
+
+def test_modes_are_found_back_from_a_spectrum_ahead():
+    """Beyond the reach of the spectrum at rest one more does, from which modes are continued back.
+
+    Step by step: at once the subspace would be too far away.
+    """
+    system = shaft_on("damped")
+    with SYSTEMS.counted() as counts:
+        found = rd.campbell(system, np.linspace(0.0, 6000.0, 61), branch_count=4)
+    assert counts["eigenproblems"] == 2
+    whole = rd.modes_at_speed(system, 6000.0, 4)
+    np.testing.assert_allclose(
+        np.sort(found.eigenvalues[:, -1].imag)[:4], whole.eigenvalues.imag[:4], rtol=1e-10
+    )
+
+
+@pytest.mark.parametrize("rates", [(0.8, -0.5), (0.7 + 0.2j, -0.6j)])
+def test_mixed_iterates_come_to_rest_in_few_steps_and_tell_how_far_they_are(rates):
+    """P + f = J P + b with two rates of convergence: three iterates tell where it rests."""
+    slow, rest = np.array([rates]), np.array([[1.0, -2.0]])
+    part, mixer, errors = np.zeros_like(rest * slow), Mixer(), []
+    for _ in range(3):
+        move = slow * part + (1.0 - slow) * rest - part
+        part, farther = mixer.after(part, move)
+        errors.append(np.linalg.norm(part - rest))
+    assert errors[1] > 0.1 and errors[2] < 1e-9
+    # what the changes tell of the distance is not far below it
+    assert errors[2] < farther * np.linalg.norm(move) < 1.0
