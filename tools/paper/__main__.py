@@ -42,7 +42,8 @@ speed and solver. It says nothing of inputs. ± is the same, or the difference f
 computation where the text says so. Numbers without ±: mass properties, one-term model and
 polynomials are closed forms; ranges over many units are spreads, of which the error is told beside
 them; what is read off a map or a spectrum is known to its step. No error is estimated of heights of
-responses and forces, damping and times, nor of rigid blades, which have the mesh of elastic ones.
+responses and forces, their differences, damping and times, nor of rigid blades, which have the mesh
+of elastic ones.
 """
 
 
