@@ -21,6 +21,8 @@ from solidwhirl.rotordyn.response.unbalance_peaks import resonance_peaks
 # Rounds in which peaks are sought between samples, and distance of points from each other there,
 # in parts of the steps between them.
 _ROUNDS, _APART = 3, 1e-3
+# Largest rise of a logarithm, as that from nothing is.
+_HIGHEST = 700.0
 
 
 def ground_motion_peaks(assembled: AssembledSystem, ground_map: GroundMotionMap) -> StepPeaks:
@@ -197,13 +199,13 @@ def _vertices(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Vertices of the parabolas through three points each, (m, 3), and their rise above the middle.
 
     A vertex keeps a distance from the three points, so that all differ; where they are one to
-    rounding, at a mode that is hardly damped, it is there.
+    rounding, at a mode that is hardly damped, it is there, whatever their heights are.
     """
-    below, above = np.maximum(np.diff(x, axis=1), np.finfo(float).tiny).T
+    below, above = np.maximum(np.diff(x, axis=1), np.spacing(x[:, 1:])).T
     left, right = (y[:, 1] - y[:, 0]) / below, (y[:, 2] - y[:, 1]) / above
     bend = np.minimum((right - left) / (below + above), -np.finfo(float).tiny)
     slope = left + bend * below
     step = -0.5 * slope / bend
     apart = np.where(step < 0.0, below, above)
     clipped = np.copysign(np.clip(np.abs(step), _APART * apart, (0.5 - _APART) * apart), step)
-    return x[:, 1] + clipped, np.maximum(0.5 * slope * step, 0.0)
+    return x[:, 1] + clipped, np.clip(0.5 * slope * step, 0.0, _HIGHEST)

@@ -38,7 +38,12 @@ The column *input* says where ours comes from: *paper*, all input is printed the
 positions follow from the printed results; *identified*, geometry was fitted to the printed masses
 and frequencies ([identify.md](identify.md)); *assumed*, the paper does not say. *Error of ours* is
 estimated by the run ([accuracy](accuracy.md)): of mesh, truncation of modes, interpolation over the
-speed and solver. It says nothing of inputs.
+speed and solver. It says nothing of inputs. ± is the same, or the difference from a second
+computation where the text says so. Numbers without ±: mass properties, one-term model and
+polynomials are closed forms; ranges over many units are spreads, of which the error is told beside
+them; what is read off a map or a spectrum is known to its step. No error is estimated of heights of
+responses and forces, their differences, damping and times, nor of rigid blades, which have the mesh
+of elastic ones.
 """
 
 

@@ -22,7 +22,7 @@ from scipy.optimize import linear_sum_assignment
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
-from paper.rows import markdown  # noqa: E402
+from paper.rows import markdown, with_error  # noqa: E402
 from paper.runs import SOURCE, STORE, drawn  # noqa: E402
 from paper.variants import stiffer  # noqa: E402
 
@@ -38,13 +38,14 @@ from solidwhirl.rotordyn.campbell.branch_numbers import modal_assurance  # noqa:
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S  # noqa: E402
 from solidwhirl.rotordyn.modes.participation import participation  # noqa: E402
 from solidwhirl.rotordyn.plots import chart as charts  # noqa: E402
+from solidwhirl.rotordyn.plots.campbell import excitation_lines  # noqa: E402
 from solidwhirl.scene_reading.reader import load_toml, parse_scene  # noqa: E402
 
 DATA = ROOT / "docs" / "data" / "paper_blades.json"
 SCENES = ROOT / "scenes"
 #: What each engine is called on the page
 NAMES = {
-    "rings": "rings, one a group",
+    "rings": "rings as above",
     "stage_rings": "rings, one a stage",
     "rigid": "rigid blades",
     "blades": "elastic blades",
@@ -384,17 +385,14 @@ def _both(results: Mapping[str, Results], limit_hz: float) -> charts.Chart:
         charts.branch_curves(d.speeds_rad_s * RPM_PER_RAD_S, d.frequency_hz, d.whirl)
         for d in (results["rings"].campbell, results["blades"].campbell)
     )
-    grey, line = charts.Look("@ink/0.25", width=4.0), charts.Look("@muted", "dot", width=1.0)
+    grey = charts.Look("@ink/0.25", width=4.0)
     parts: list[charts.Part] = [replace(c, name=NAMES["rings"], look=grey) for c in rings]
     for c in blades:
         look = replace(c.look, mark="", width=1.4)
         parts.append(replace(c, name=f"{NAMES['blades']}, {c.name}", look=look))
     rpm = results["blades"].campbell.speeds_rad_s * RPM_PER_RAD_S
-    parts += [
-        charts.Curve(x=rpm, y=abs(ratio) * rpm / 60.0, name=f"1/rev of {shaft}", look=line)
-        for shaft, ratio in results["blades"].scene.speed_ratios().items()
-        if ratio
-    ]
+    ratios = {n: abs(r) for n, r in results["blades"].scene.speed_ratios().items() if r}
+    parts.append(excitation_lines(ratios, float(rpm.max()), limit_hz))
     return charts.Chart(
         name="blades",
         title="Engine with rings (grey) and with elastic blades (in colour)",
@@ -427,7 +425,7 @@ def blade_sections(_runs: dict[str, Any], _told: dict[str, Any]) -> list[str]:
         "![Campbell diagrams with rings and with blades](paper/blades.png)",
         "Three steps lead from rings to elastic blades, while mass, centre and inertias of a unit "
         "stay (above). *Mass moved*: every stage has a ring of its own, with the mass, centre and "
-        "inertias of its blades, where one stage of a group had a ring for all. *Attachment*: "
+        "inertias of its blades, where above some stages share one. *Attachment*: "
         "blades that do not bend, as their modulus is a thousand times as large; they stiffen the "
         "rims under their roots, and the elements are others. *Flexibility*: the blades' own "
         "modulus on the same mesh. Modes are paired by their motion at the nodes (MAC) and by "
@@ -512,18 +510,15 @@ def _mode_table(rows: Sequence[Mapping[str, Any]]) -> str:
             (
                 who,
                 row["whirl"],
-                *(_with_error(own.get(name), row["error"].get(name)) for name in NAMES),
+                *(
+                    with_error(own[n], own[n] * row["error"].get(n, 0.0)) if n in own else ""
+                    for n in NAMES
+                ),
                 *("no pair" if s is None else f"{s:+.2%}" for s in shift),
                 f"{min(row['mac']):.2f}" if row["mac"] else "",
             )
         )
     return markdown(head, out)
-
-
-def _with_error(value: float | None, error: float | None) -> str:
-    if value is None:
-        return ""
-    return f"{value:.5g}" + (f" ± {value * error:.1g}" if error else "")
 
 
 def _sums(rows: Sequence[Mapping[str, Any]]) -> str:

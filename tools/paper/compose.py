@@ -26,9 +26,10 @@ TOTAL = SOURCE["table_4"]["engine"]
 BEARINGS = {"A": "fan", "B": "fan", "C": "lp", "D": "lp", "E": "hp", "F": "hp"}
 # Nodes that joints, unbalances and results need; each costs two coordinates.
 KEPT = {"fan": ("n4", "n8"), "lp": ("n9", "n13", "n16"), "hp": ("n5",)}
-MODES = {"fan": 4, "lp": 6, "hp": 5}
-# Stage of each group that carries the blades of all of them, as one ring.
-CARRIER = {"lpc_blades": 2, "lpt_blades": 3, "hpc_blades": 4, "hpt_blades": 1}
+MODES = {"fan": 4, "lp": 3, "hp": 3}
+# First stages of a group whose blades are one ring, on the stage nearest to its centre. All others
+# have their own: thin disks tilt by themselves, and a ring taken from one moves modes by a third.
+JOINED = {"lpt_blades": 4, "hpc_blades": 6}
 
 HEAD = """# The geared engine of Müller and Hennings, section 5: three units on the casing.
 # Composed by tools/paper/compose.py from uhbr_fan, uhbr_lp and uhbr_hp; edit those.
@@ -37,7 +38,7 @@ title = "Geared turbofan: fan, low and high pressure unit on the casing"
 notes = [
     "Units as in the scenes uhbr_fan, uhbr_lp and uhbr_hp: stages from Table 7 of the source, the rest IDENTIFIED from its Tables 4 and 6.",
     "Gear ratio 0.315 and speed ratio -1.32 from the source. The design point of 13 690 rpm then gives the fan 4312 rpm; the source prints 4346 rpm, a ratio of 0.3175.",
-    "The blades of a stage group are one rigid ring on one of its stages, with the mass and inertia that they have together.",
+    "Blades are rigid rings with the mass and inertia that they have: one for the four stages of the LP turbine, one for the first six of the HP compressor, one for each other stage. One ring for every group of stages would move forward modes of the HP unit by up to 30 %: thin disks tilt by themselves, and the gyroscopic moment of their blades has to act on them.",
     "The casing is rigid. Its mass, centre of gravity and inertia are what Table 4 leaves when the three units are taken from the whole engine. It is held at P, whose place is ASSUMED to be the engine's centre of gravity.",
     "Stiffness of the bearings at rest from Table 5, over the speed by the printed polynomial for x in both directions (the source calls its bearings isotropic), Ω in rad/s. Damping is that of Table 5 and constant: the printed damping polynomials turn negative from 1106 rad/s, so that the engine would be unstable at its design point.",
 ]
@@ -255,10 +256,11 @@ def _without_unused_nodes(block: str, kept: tuple[str, ...]) -> str:
 
 
 def _with_joined_blades(block: str, body: BodySpec) -> str:
-    """Put the blades of a stage group on one ring, with the inertia that they have together."""
+    """Put the blades of the joined stages on one ring, with the inertia that they have together."""
     place = {i.name: (i.start_m + i.end_m) / 2 for i in body.interfaces if i.kind == "outer"}
-    for group, stage in CARRIER.items():
-        rings = [d for d in body.rigid_disks if d.name.startswith(group)]
+    for group, count in JOINED.items():
+        names = [f"{group}_{stage}" for stage in range(1, count + 1)]
+        rings = [d for d in body.rigid_disks if d.name in names]
         if not rings:
             continue
         mass = sum(d.mass_kg for d in rings)
@@ -268,7 +270,7 @@ def _with_joined_blades(block: str, body: BodySpec) -> str:
             d.diametral_inertia_kg_m2 + d.mass_kg * (place[d.interface] - center) ** 2
             for d in rings
         )
-        carrier = f"{group}_{stage}"
+        carrier = min(names, key=lambda name: abs(place[name] - center))
         ring = (
             f'    {{ name = "{group}", interface = "{carrier}", mass_kg = {mass:.8g}, '
             f"polar_inertia_kg_m2 = {polar:.8g}, diametral_inertia_kg_m2 = {diametral:.8g}, "
@@ -276,15 +278,15 @@ def _with_joined_blades(block: str, body: BodySpec) -> str:
         )
         lines: list[str] = []
         for line in block.splitlines():
-            found = re.match(rf'\s*\{{ name = "{group}_(\d+)"', line)
-            if found is None:
+            found = re.match(rf'\s*\{{ name = "({group}_\d+)"', line)
+            if found is None or found.group(1) not in names:
                 lines.append(line)
                 continue
             while lines and lines[-1].lstrip().startswith("#"):
                 lines.pop()
-            if "mass_kg" not in line and int(found.group(1)) == stage:
+            if "mass_kg" not in line and found.group(1) == carrier:
                 lines.append(line)
-            elif "mass_kg" in line and int(found.group(1)) == 1:
+            elif "mass_kg" in line and found.group(1) == names[0]:
                 lines.append(ring)
         block = "\n".join(lines)
     return block

@@ -4,20 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-from paper.complexity import complexity_sections
+from paper.complexity import complexity_sections, peak_sections
 from paper.rows import Row, words
-from paper.runs import PICTURES, SOURCE
+from paper.runs import PICTURES
 
 from solidwhirl.analyses.kinds.rotating_campbell import own_branches
 from solidwhirl.core.blocks import numbers
 from solidwhirl.drawing.bodies import silhouettes
 from solidwhirl.pictures.engine import draw_engine
-
-# Peaks of the response that are listed.
-_PEAKS = 8
-# Peaks nearer than this (relative) are told as one.
-_NEAR = 0.05
 
 
 def engine_sections(runs: dict[str, Any], told: dict[str, list[Row]]) -> list[str]:
@@ -43,14 +37,12 @@ def engine_sections(runs: dict[str, Any], told: dict[str, list[Row]]) -> list[st
         "in are faint on paper, and wait in the legend of the [run's own page](../README.md). "
         f"{_order_0(found)} Whether the lines cross where the paper's do can't be told without its "
         "figure's numbers.",
-        engine.picture("campbell.png", "The same in the inertial frame"),
         "### Figure 17: run-up of the engine",
         engine.picture("run_up.png", "Speeds and mount force over time"),
         _run_up_text(engine),
         "### Figure 18: response of the interface point",
-        engine.picture("run_up_response.png", "Force at the interface per force of the unbalance"),
+        *peak_sections(engine),
         engine.picture("run_up_spectrogram.png", "Spectrogram of the mount force"),
-        _response_text(engine),
         "### Section 5.8: required complexity",
         *complexity_sections(engine),
         "### Appendices B and C",
@@ -85,8 +77,7 @@ def _run_up_text(engine: Any) -> str:
     return (
         "**The paper** runs the engine up and then holds its speed, without an unbalance in part b "
         f"of the figure. **Ours**: {found['ramp_s']:.0f} s linear, {found['hold_s']:.0f} s "
-        f"constant, {found['steps']} steps in {found['wall_time_s']:.0f} s of computing "
-        f"({1e6 * found['wall_time_per_step_s']:.0f} µs each). With the unbalances of section 5.8 "
+        f"constant, {found['steps']} steps. With the unbalances of section 5.8 "
         f"the largest mount force is {found['largest_mount_force_n']:.4g} N; the energy balance "
         f"closes to {energy['largest_error_j']:.1e} J beside {work:.1e} J of work. Without any "
         "unbalance, and without gravity as in the paper, it is "
@@ -95,23 +86,4 @@ def _run_up_text(engine: Any) -> str:
         "whichever units bend, so that there is nothing to compare models by. The paper does not "
         "state where the force of its Figure 17 b comes from. A mesh that is not quite symmetric "
         "would be a small unbalance, and section 5.8 compares models by that of the fan alone."
-    )
-
-
-def _response_text(engine: Any) -> str:
-    found = engine.analysis("run_up")["normalised_response"]
-    high = sorted(found["peaks"], key=lambda p: -p["force_per_force"])[:_PEAKS]
-    peaks = sorted(p["frequency_hz"] for p in high)
-    top = found["excited_hz"][1]
-    printed = SOURCE["figure_18"]["peaks_hz"]
-    within = [f for f in printed if f <= top]
-    near = sum(np.abs(np.array(peaks) / f - 1.0).min() <= _NEAR for f in within)
-    return (
-        f"**The paper** finds peaks at {words(printed, 'g')} Hz, and gives no formula for its "
-        f"response. **Ours** is the force at the mount over the force of all unbalances at each "
-        f"frequency; its {len(peaks)} highest peaks lie at {words(peaks, '.0f')} Hz. "
-        f"{len(printed) - len(within)} of the paper's lie above the highest 1/rev frequency, "
-        f"{top:.0f} Hz: unbalances can't excite them in a linear model. Of the other "
-        f"{len(within)}, {near} have one of ours within {_NEAR:.0%}. The paper withholds the "
-        "stiffness of the casing's joints and of the units, which set these peaks."
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-from paper.rows import markdown, words
+from paper.rows import markdown, with_error, words
 from paper.runs import SOURCE, STORE
 from paper.variants import (
     CLIMBED,
@@ -47,7 +47,7 @@ def mode_count_sections() -> list[str]:
         (
             unit,
             f"{SAID['modes'][unit]} to {SAID['highest_hz'][unit]:.0f} Hz",
-            *(str(found.below) for found in own.values()),
+            *(f"{found.below} ± {found.near}" for found in own.values()),
         )
         for unit, own in counts.items()
     ]
@@ -56,10 +56,10 @@ def mode_count_sections() -> list[str]:
         (
             unit,
             f"pair {SAID['modes'][unit]} at {SAID['highest_hz'][unit]:.0f} Hz",
-            f"{counts[unit]['all on the bearings'].pair_hz:.0f} Hz",
+            _with_error(counts[unit]["all on the bearings"]),
             f"{min(own.drawn_hz):.0f} to {max(own.drawn_hz):.0f} Hz of {len(own.drawn_hz)}",
             f"{own.highest_hz:.0f} Hz ({own.highest_hz / SAID['highest_hz'][unit] - 1.0:+.0%})",
-            f"{counts[unit]['all nodes held'].pair_hz:.0f} Hz",
+            _with_error(counts[unit]["all nodes held"]),
         )
         for unit, own in found.items()
     ]
@@ -72,6 +72,10 @@ def mode_count_sections() -> list[str]:
         markdown(("unit", "quantity", "identified", "second variant"), _changes(found)),
         _change_text(found),
     ]
+
+
+def _with_error(found: Counted) -> str:
+    return f"{with_error(found.pair_hz, found.pair_hz * found.error, '.0f')} Hz"
 
 
 def _reading_text(counts: dict[str, dict[str, Counted]]) -> str:
@@ -89,7 +93,8 @@ def _reading_text(counts: dict[str, dict[str, Counted]]) -> str:
         f"The paper's number lies from the second to the first reading for {', '.join(between)}"
         f"{exact}. What the "
         "first reading has beyond are modes of disks, drums and cones with their blades as rings; "
-        "who selects *bending modes* leaves them out."
+        "who selects *bending modes* leaves them out. ± are pairs that are no further from that "
+        "frequency than models for two accuracies are from each other."
     )
 
 
@@ -103,8 +108,15 @@ def _target_text(counts: dict[str, dict[str, Counted]]) -> str:
         f"a climb of {CLIMBED} models followed the directions that the masses leave free. To "
         "hold every node only raises frequencies. Where the pair is below the target even then, "
         f"as in the identified {', '.join(low)}, it is of the stages or of walls between nodes: "
-        "a stiffer line of shaft does not bring it there."
+        "a stiffer line of shaft does not bring it there. Frequencies of units drawn and searched, "
+        "here and at Table 6, are of models for the coarser accuracy; those of the identified "
+        f"units move by {_apart(counts)} with the finer one, which ± tells of them."
     )
+
+
+def _apart(counts: dict[str, dict[str, Counted]]) -> str:
+    found = ((unit, own["all on the bearings"].error) for unit, own in counts.items())
+    return ", ".join(f"{unit} {error:.1%}" for unit, error in found)
 
 
 def _changes(found: dict[str, Reached]) -> list[tuple[str, ...]]:

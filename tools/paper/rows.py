@@ -46,16 +46,20 @@ def per_cent(
     family: str, what: str, paper: float, ours: float, unit: str, data: str, error: float = 0.0
 ) -> Row:
     """Row of a number that is compared in per cent; `error` is relative."""
-    bar = f" ± {abs(ours) * error:.1g}" if error else ""
     return Row(
         family=family,
         what=what,
         paper=f"{paper:.6g} {unit}".rstrip(),
-        ours=f"{ours:.5g}{bar} {unit}".rstrip(),
+        ours=f"{with_error(ours, abs(ours) * error)} {unit}".rstrip(),
         difference=round(100.0 * (ours / paper - 1.0), 2),
         error=float(f"{100.0 * error:.2g}"),
         data=data,
     )
+
+
+def with_error(value: float, error: float, digits: str = ".5g") -> str:
+    """Return a number with its error bar, if it has one."""
+    return f"{value:{digits}}" + (f" ± {float(f'{error:.1g}'):g}" if error else "")
 
 
 def table(rows: Iterable[Row]) -> str:

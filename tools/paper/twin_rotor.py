@@ -228,6 +228,7 @@ def twin_sections(runs: dict[str, Any], told: dict[str, list[Row]]) -> list[str]
         "### What each choice of the paper costs",
         _choices_table(rows),
         "Each row adds a choice to the row above; the last one is what the paper calls analytic. "
+        "The first two rows have the errors of Tables 2 and 3, those below that of the second. "
         f"Log decrements are those of the first two branches at {FOUR['to_rpm']} rpm. Damping "
         "assigned to the modes of a shaft turns with it: above the forward critical speed it "
         "drives it unstable.",

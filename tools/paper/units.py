@@ -11,20 +11,22 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from paper.mode_counts import SEARCHES as MODE_SEARCHES
 from paper.mode_counts import mode_count_sections
-from paper.rows import Row, listed, markdown, per_cent, words
+from paper.rows import Row, listed, markdown, per_cent, with_error, words
 from paper.runs import SOURCE, STORE, drawn
 from paper.variants import TRIES, Turning, equally_good, rotating
 from paper.variants import UNITS as SOUGHT
 
 from solidwhirl.analyses.kinds.bearing_laws import Law, law_chart
 from solidwhirl.analyses.kinds.critical_speed_map import map_curves
+from solidwhirl.analyses.responses.unbalance_response import exciters_of
 from solidwhirl.core.blocks import numbers
 from solidwhirl.core.key_units import unit_of
 from solidwhirl.rotordyn import LEE_ANISOTROPIC, End, modes_at_speed
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
 from solidwhirl.rotordyn.plots import chart as charts
 from solidwhirl.rotordyn.plots.maps import MapCurves, map_chart
-from solidwhirl.rotordyn.plots.response_maps import ground_chart
+from solidwhirl.rotordyn.plots.response import amplitude_chart
+from solidwhirl.rotordyn.plots.response_maps import ground_chart, place_chart, stiffness_chart
 from solidwhirl.rotordyn.response.maps import ground_motion_map
 
 UNITS = {"lp": "uhbr_lp", "hp": "uhbr_hp", "fan": "uhbr_fan"}
@@ -248,7 +250,9 @@ def _map_sections(runs: dict[str, Any]) -> list[str]:
         + ". It gives no measure of dependence. **Ours**, from the maps above, is by a threshold "
         f"of our own: a branch depends where its slope in logarithms is {0.5 * _DEPENDS:g} or "
         f"more, {_DEPENDS:.0%} of the 1/2 of a rigid body on springs; another threshold gives "
-        f"other ranges. {curves.stiffness_n_per_m[0]:.0e} N/m is the end of the maps. The curve "
+        f"other ranges. Their ends are known to a step of the maps, a factor of "
+        f"{curves.stiffness_n_per_m[1] / curves.stiffness_n_per_m[0]:.2g}; "
+        f"{curves.stiffness_n_per_m[0]:.0e} N/m is the end of the maps. The curve "
         "k(Ω), which the caption of the paper's figure names, is drawn over the map: where it "
         "meets a branch is a "
         "critical speed.",
@@ -302,18 +306,39 @@ def _study_sections(lp: Any) -> list[str]:
         y=charts.Axis(label="largest displacement in the band", unit="m", is_log=True),
         parts=curves,
     )
-    margin = studies["compressor stage 3"]["margin"]
+    first = studies["compressor stage 3"]
+    margin = first["margin"]
+    step = float(np.diff(np.log(numbers(first["stiffness_n_per_m"]))).max())
     return [
-        lp.picture("stiffness_study.png", "Response at stage 3 over frequency and stiffness"),
+        _study_map(first, chosen),
         drawn([chart], "figure_10.png", "Figure 10", "Response over the stiffness, by place"),
         "**The paper** excites compressor stage 3 by a force that grows with the square of its "
         "frequency, varies both stiffnesses and takes what moves least; then it excites the "
         "turbine for the values of Table 5. **Ours** does the same at the rings of blades, the "
         "shaft at rest: "
         + "; ".join(said)
-        + f". The band is ±{margin:.0%} of the operating speed. Very stiff bearings hardly move, "
+        + f". The band is ±{margin:.0%} of the operating speed; stiffnesses are a factor of "
+        f"{np.exp(step):.2g} apart. Very stiff bearings hardly move, "
         "and neither do their dampers: heights are then those of the damping that is left.",
     ]
+
+
+def _study_map(found: dict[str, Any], chosen: dict[str, float]) -> str:
+    """The response over frequency and stiffness, with the stiffnesses of the paper."""
+    hertz, stiffness = numbers(found["frequency_hz"]), numbers(found["stiffness_n_per_m"])
+    chart = stiffness_chart(hertz, stiffness, numbers(found["highest_m"]).reshape(-1, hertz.size))
+    lines = [
+        charts.Curve(
+            x=hertz[[0, -1]],
+            y=np.array([value, value]),
+            name=f"paper, {text}: {value:.3g} N/m",
+            look=replace(charts.WHITE, dash=dash),
+        )
+        for (text, value), dash in zip(chosen.items(), ("dash", "dot"), strict=True)
+    ]
+    chart = replace(chart, parts=[*chart.parts, *lines])
+    text = "Response at stage 3 over frequency and stiffness"
+    return drawn([chart], "figure_10_map.png", "Figure 10", text)
 
 
 def _in_band(found: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
@@ -334,13 +359,15 @@ def _table_6(lp: Any) -> list[Row]:
     rows = _references(lp, "modes_at_rest.", "modes at rest", lp.errors_at_rest)
     own, spin = found["frequency_hz"], SIX["rpm"] / 60.0
     frames = {"rotating": rotating(own, found["whirl"], spin), "inertial": np.array(own)}
-    error = _error_at(lp, SIX["rpm"])
+    error = _error_at(lp, SIX["rpm"]) * np.array(own)
     for frame, hertz in frames.items():
         for number, printed in enumerate(SIX["undamped"]):
-            ours = float(hertz[int(np.abs(hertz - printed).argmin())])
+            at = int(np.abs(hertz - printed).argmin())
+            ours = float(hertz[at])
             what = f"mode {number + 1} at {SIX['rpm']} rpm, nearest in the {frame} frame"
             family = f"nearest modes at {SIX['rpm']} rpm, {frame} frame"
-            rows.append(per_cent(family, what, printed, ours, "Hz", "prediction", error))
+            told = (printed, ours, "Hz", "prediction", float(error[at]) / ours)
+            rows.append(per_cent(family, what, *told))
     return rows
 
 
@@ -487,8 +514,7 @@ def _response_sections(lp: Any, rows: Sequence[Row]) -> list[str]:
         largest.append(f"peak {number + 1} at {place} ({by_place[place] * 1e6:.2g} µm)")
     top = max(at_rest, key=lambda p: p["amplitude_m"])
     return [
-        lp.picture("place_map_at_rest.png", "Force at each place in turn, shaft at rest"),
-        lp.picture("unbalance_response_at_rest.png", "Response to the force at node 9 at rest"),
+        *_response_pictures(placed, lp.analysis("unbalance_response_at_rest"), node),
         listed(rows),
         "**The paper** turns an unbalance force at each node in turn and draws the response there; "
         "its four peaks are its frequencies at rest. So its force turned and its shaft did not, "
@@ -501,6 +527,27 @@ def _response_sections(lp: Any, rows: Sequence[Row]) -> list[str]:
         f"{words([p['frequency_hz'] for p in turning], '.1f')} Hz; the most sensitive place is "
         f"{lp.analysis('place_map')['most_sensitive_place']}.",
     ]
+
+
+def _response_pictures(
+    placed: dict[str, Any], response: dict[str, Any], node: str
+) -> Iterator[str]:
+    """Figures 14 and 15 over the frequency of the force."""
+    axis = {"label": "frequency of the force", "unit": "Hz"}
+    places = placed["places"]
+    hertz, size = (
+        numbers(placed[key]).reshape(len(places), -1) for key in ("frequency_hz", "amplitude_m")
+    )
+    chart = place_chart(places, hertz[0], hertz, size)
+    chart = replace(chart, x=replace(chart.x, **axis))
+    yield drawn([chart], "figure_14.png", "Figure 14", "Force at each place in turn, shaft at rest")
+    (curve,) = exciters_of(response)
+    # no peaks: they are named by their speed
+    chart = amplitude_chart([replace(curve, speed_rpm=curve.speed_rpm / 60.0, peaks={})])
+    rules = [charts.Rule(at=f, name="the paper's peaks") for f in SOURCE["figure_15"]["peaks_hz"]]
+    chart = replace(chart, x=replace(chart.x, **axis), parts=[*chart.parts, *rules])
+    text = f"Response to the force at {node} at rest"
+    yield drawn([chart], "figure_15.png", "Figure 15", text)
 
 
 # -- Figure 16 -------------------------------------------------------------------------------------
@@ -522,13 +569,16 @@ def _waterfall_sections(lp: Any) -> list[str]:
     )
     rows = []
     speeds, branches = lp.branches("frequency_hz")
+    _, errors = lp.branches("frequency_error_estimate")
     whirls = list(zip(*lp.document["campbell"]["whirl"], strict=True))
     for speed, f in SOURCE["figure_16"]["peaks"]:
         fixed = np.array([np.interp(speed, speeds, branch) for branch in branches])
-        turned = rotating(fixed, whirls[int(np.abs(speeds - speed).argmin())], speed / 60.0)
+        at = int(np.abs(speeds - speed).argmin())
+        turned = rotating(fixed, whirls[at], speed / 60.0)
         nearest = [int(np.nanargmin(np.abs(values - f))) for values in (turned, fixed)]
         told = (
-            f"{values[k]:.1f} Hz ({values[k] / f - 1.0:+.0%}), branch {k + 1}"
+            f"{with_error(values[k], errors[k, at] * fixed[k], '.1f')} Hz "
+            f"({values[k] / f - 1.0:+.0%}), branch {k + 1}"
             for k, values in zip(nearest, (turned, fixed), strict=True)
         )
         rows.append((f"{f:g} Hz at {speed} rpm", *told))

@@ -154,7 +154,7 @@ def _turning(
 
     def modes() -> Turning:
         data = lean_scene(problem.scene_at(values))
-        diagram = _coarse(problem, data, [0.0, speed_rpm]).campbell
+        diagram = _computed(problem, data, [0.0, speed_rpm], accuracy).campbell
         hertz, whirl = diagram.frequency_hz[:, -1], diagram.whirl[:, -1]
         order = np.argsort(hertz)
         return Turning(
@@ -167,9 +167,10 @@ def _turning(
     return stage_cache.stage("modes", key, modes)
 
 
-def _coarse(problem: Problem, data: dict[str, Any], speeds_rpm: list[float]) -> Results:
-    """Results of a scene of a problem at some speeds, as its search computes them at first."""
-    accuracy = problem.spec.settings.coarse_accuracy
+def _computed(
+    problem: Problem, data: dict[str, Any], speeds_rpm: list[float], accuracy: float
+) -> Results:
+    """Results of a scene of a problem at some speeds, as its search computes them."""
     results = run_scene(model_scene(problem, data, accuracy, speeds_rpm))
     assert results is not None  # one process alone
     return results
@@ -180,10 +181,16 @@ def _coarse(problem: Problem, data: dict[str, Any], speeds_rpm: list[float]) -> 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Counted:
-    """Pairs of bending modes at rest: frequency of one, and how many are below a limit."""
+    """Pairs of bending modes at rest: frequency of one, and how many are below a limit.
+
+    `error`: largest relative difference of a pair below the limit, or of that one, from a model
+    for the coarser accuracy of the search; `near`: pairs no further from the limit than that.
+    """
 
     pair_hz: float
     below: int
+    error: float
+    near: int
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -205,8 +212,16 @@ def counted(unit: str, pair: int, limit_hz: float, changed: Change) -> Counted:
     problem, record = problem_of(unit)
     data = changed(problem.scene_at(_values(record)), unit)
     data["model"] = {**data["model"], "modes": _KEPT * pair}
-    hertz = modes_at_speed(_coarse(problem, data, [0.0]).system, 0.0).frequency_hz[::2]
-    return Counted(pair_hz=float(hertz[pair - 1]), below=int(np.count_nonzero(hertz < limit_hz)))
+    settings = problem.spec.settings
+    fine, coarse = (
+        modes_at_speed(_computed(problem, data, [0.0], accuracy).system, 0.0).frequency_hz[::2]
+        for accuracy in (settings.accuracy, settings.coarse_accuracy)
+    )
+    below = int(np.count_nonzero(fine < limit_hz))
+    told = max(below, pair)
+    error = float(np.abs(coarse[:told] / fine[:told] - 1.0).max())
+    near = int(np.count_nonzero(np.abs(fine / limit_hz - 1.0) <= error))
+    return Counted(pair_hz=float(fine[pair - 1]), below=below, error=error, near=near)
 
 
 def on_bearings(scene: dict[str, Any], unit: str) -> dict[str, Any]:

@@ -418,3 +418,19 @@ def test_a_peak_without_steady_response_keeps_its_highest_point(lost):
     place, top, error = map_peaks.summits(row, np.abs(row.motion[:, 0]))
     assert error[0] == np.inf and top[0] >= np.abs(row.motion[1:3, 0]).max()
     assert place[1] == pytest.approx(200.0, rel=1e-3) and error[1] < 1e-2
+
+
+def test_a_peak_at_equal_points_without_steady_response_keeps_its_place():
+    """Points one to rounding, some without a height: the next ones are still between them."""
+    asked = []
+
+    def respond(frequencies):
+        asked.extend(frequencies)
+        raise NoSteadyResponseError("undamped")
+
+    known = np.array([99.0, 100.0, np.nextafter(100.0, 200.0), 101.0])
+    motion = np.array([1.0, 1e14, 1e13, 1.0])[:, None] * [1.0, 0.0]
+    row = map_peaks.Row(known, motion + 0j, respond)
+    place, top, error = map_peaks.summits(row, motion[:, 0])
+    assert np.isfinite(asked).all() and place == pytest.approx([100.0], rel=1e-2)
+    assert (top, error) == ([1e14], [np.inf])
