@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from solidwhirl.analyses.registry import AnalysisSpec
 from solidwhirl.analyses.work import EngineSize
 from solidwhirl.cost import run_coefficients as measured
-from solidwhirl.cost.engine import memory_gib, seconds_of
+from solidwhirl.cost.engine import memory_gib, seconds_of, unit_s
 from solidwhirl.cost.machine import Machine
+from solidwhirl.cost.run_ups import SteppedPart
 from solidwhirl.cost.work import Cost
 from solidwhirl.model.plan_records import Plan
 from solidwhirl.scene.records import Scene
@@ -47,11 +48,13 @@ def analysis_costs(
     size: EngineSize,
     bodies: Mapping[str, Cost],
     machine: Machine,
+    stepped: Mapping[str, Sequence[SteppedPart]],
     on_level: Callable[[str], AnalysisCost],
 ) -> dict[str, AnalysisCost]:
     """Predict what each analysis costs, by its name.
 
-    `bodies`: cost of each in its last round; `on_level`: of the engine with them on another level.
+    `bodies`: cost of each in its last round; `stepped`: parts that run-ups step, see
+    `solidwhirl.cost.run_ups`; `on_level`: of the engine with its bodies on another level.
     """
 
     def cost(spec: AnalysisSpec) -> AnalysisCost:
@@ -62,8 +65,11 @@ def analysis_costs(
         if spec.kind == "level_comparison":
             return on_level(spec.level)
         work = spec.work(size)
-        spent = machine.factor("dense") * seconds_of(work, size)
-        return AnalysisCost(seconds=spent, memory_gib=memory_gib(work, size))
+        parts = stepped.get(spec.label, ())
+        spent = seconds_of(work, size) + sum(p.steps * unit_s("step", p.coordinates) for p in parts)
+        return AnalysisCost(
+            seconds=machine.factor("dense") * spent, memory_gib=memory_gib(work, size)
+        )
 
     return {spec.label: cost(spec) for spec in scene.analyses}
 

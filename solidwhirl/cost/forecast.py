@@ -15,6 +15,7 @@ from solidwhirl.cost.coefficients import BASE_GIB
 from solidwhirl.cost.engine import engine_size
 from solidwhirl.cost.machine import Machine, this_machine
 from solidwhirl.cost.memory import refuse_what_does_not_fit, with_chosen_solvers
+from solidwhirl.cost.run_ups import stepped_parts
 from solidwhirl.cost.work import RunCost, mesh_kind, predict_body_cost, predict_cost
 from solidwhirl.geometry import Body
 from solidwhirl.meshing.imported.records import AnyBody, MeshedBody, is_asymmetric
@@ -110,6 +111,7 @@ def forecast(
         last = None
     whole = (last or first).whole
     size = engine_size(plan, scene, whole.coordinates)
+    sizes = {name: cost.coordinates for name, cost in (last or first).bodies.items()}
     return Forecast(
         first=first,
         last=last,
@@ -119,6 +121,7 @@ def forecast(
             size,
             (last or first).bodies,
             machine,
+            stepped_parts(scene, plan, bodies, sizes),
             lambda level: _on_level(scene, bodies, level, machine),
         ),
         start_s=start_s(scene, bodies, machine),
