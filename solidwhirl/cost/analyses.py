@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 from solidwhirl.analyses.registry import AnalysisSpec
 from solidwhirl.analyses.work import EngineSize
 from solidwhirl.cost import run_coefficients as measured
-from solidwhirl.cost.engine import memory_gib, seconds_of, unit_s
+from solidwhirl.cost.engine import memory_gib, seconds_of, step_s
 from solidwhirl.cost.machine import Machine
-from solidwhirl.cost.run_ups import SteppedPart
+from solidwhirl.cost.stand_in import SteppedPart
 from solidwhirl.cost.work import Cost
 from solidwhirl.model.plan_records import Plan
 from solidwhirl.scene.records import Scene
@@ -54,7 +54,7 @@ def analysis_costs(
     """Predict what each analysis costs, by its name.
 
     `bodies`: cost of each in its last round; `stepped`: parts that run-ups step, see
-    `solidwhirl.cost.run_ups`; `on_level`: of the engine with its bodies on another level.
+    `solidwhirl.cost.stand_in`; `on_level`: of the engine with its bodies on another level.
     """
 
     def cost(spec: AnalysisSpec) -> AnalysisCost:
@@ -66,7 +66,7 @@ def analysis_costs(
             return on_level(spec.level)
         work = spec.work(size)
         parts = stepped.get(spec.label, ())
-        spent = seconds_of(work, size) + sum(p.steps * unit_s("step", p.coordinates) for p in parts)
+        spent = seconds_of(work, size) + sum(p.steps * step_s(p.coordinates) for p in parts)
         return AnalysisCost(
             seconds=machine.factor("dense") * spent, memory_gib=memory_gib(work, size)
         )

@@ -137,6 +137,13 @@ def _checks_s(expected: Forecast, scene: Scene) -> float:
     return (expected.last or expected.first).whole.seconds.get("checks", 0.0)
 
 
+def _contact_s(expected: Forecast, scene: Scene) -> float:
+    """Of all rounds; without joints there is another body."""
+    rounds = filter(None, (expected.first, expected.last))
+    bodies = (body for one in rounds for body in one.bodies.values())
+    return sum(body.seconds.get("contact", 0.0) for body in bodies)
+
+
 def _recovery_s(expected: Forecast, scene: Scene) -> float:
     """What is asked for; else a state of all bodies with a mesh."""
     named = {a.label for a in scene.analyses if a.kind == "recovery"}
@@ -155,6 +162,7 @@ def _second_order_s(expected: Forecast, scene: Scene) -> float:
 # once more: in another order, or as it is deformed.
 _DIRECT = {
     "checks": _checks_s,
+    "joints": _contact_s,
     "recovery": _recovery_s,
     "nodal_diameter_modes": _second_order_s,
     "change_of_shape": _second_order_s,

@@ -12,10 +12,9 @@ from solidwhirl.core.machine import available_memory_gib, resident_memory_gib
 from solidwhirl.cost.analyses import AnalysisCost, analysis_costs
 from solidwhirl.cost.around import Writing, start_s, writing
 from solidwhirl.cost.coefficients import BASE_GIB
-from solidwhirl.cost.engine import engine_size
 from solidwhirl.cost.machine import Machine, this_machine
 from solidwhirl.cost.memory import refuse_what_does_not_fit, with_chosen_solvers
-from solidwhirl.cost.run_ups import stepped_parts
+from solidwhirl.cost.stand_in import stepped_parts
 from solidwhirl.cost.work import RunCost, mesh_kind, predict_body_cost, predict_cost
 from solidwhirl.geometry import Body
 from solidwhirl.meshing.imported.records import AnyBody, MeshedBody, is_asymmetric
@@ -109,8 +108,7 @@ def forecast(
         )
     if last is not None and last.whole.unknowns < _GROWTH * first.whole.unknowns:
         last = None
-    whole = (last or first).whole
-    size = engine_size(plan, scene, whole.coordinates)
+    whole, size = (last or first).whole, (last or first).size
     sizes = {name: cost.coordinates for name, cost in (last or first).bodies.items()}
     return Forecast(
         first=first,
@@ -124,7 +122,7 @@ def forecast(
             stepped_parts(scene, plan, bodies, sizes),
             lambda level: _on_level(scene, bodies, level, machine),
         ),
-        start_s=start_s(scene, bodies, machine),
+        start_s=start_s(scene, plan, bodies, machine),
         writing=writing(scene, plan, whole.unknowns, machine),
     )
 

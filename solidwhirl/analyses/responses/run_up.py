@@ -59,6 +59,8 @@ _PROMINENT = 1.5
 # Lowest frequency of a peak of the force [Hz].
 _LOWEST_HZ = 1.0
 _MOST_STEPS = 5e7
+# Time of a step in the frame of a body beside one in fixed axes, where parts are stepped apart.
+_TOGETHER = 15.0
 # Models whose curves can be told apart beside the full one.
 _MOST_MODELS = 6
 # Numbers of steps must be whole to this.
@@ -154,8 +156,7 @@ class RunUpSpec(Analysis):
         """Records and spectra of each model; what is stepped is of its parts (`parts_of`)."""
         models = 1 + len(self.compare_flexible)
         held = self.steps / self.sampling_hz * self.record_hz * (3 * len(self.observe) + 10.0)
-        # nothing is stepped apart in the frame of a body
-        steps = self.steps if size.kind == "asymmetric" else 0.0
+        steps = _TOGETHER * self.steps if size.kind in ("asymmetric", "periodic") else 0.0
         return Work(steps=steps, results=100.0 * models, values=held)
 
     @property
