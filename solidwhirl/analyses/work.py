@@ -18,18 +18,19 @@ EngineKind = Literal["hermitian", "damped", "isotropic", "asymmetric", "periodic
 class EngineSize(NamedTuple):
     """What the work of an analysis depends on beside its own settings.
 
-    `parts`: coordinates of the parts that nothing couples; `free`: whether some motions have no
-    stiffness; `shafts`: different speeds at which bodies turn; `laws`: whether bearings depend on
-    the speed; `uneven`: whether some are unlike in x and y; `bodies`: how many there are;
-    `frequencies`: of tables, at each of which all modes of a speed are sought; `speed_ratios`: of
-    the bodies; `top_rad_s`: up to which critical speeds are sought in every run; `operating`:
-    `[[operating]]` of the scene.
+    `parts`: coordinates of the parts that nothing couples; `whole`: whether modes are those of
+    whole spectra at every speed, as some motions have no stiffness or forces depend on the
+    frequency, and not continued from one to the next; `shafts`: different speeds at which bodies
+    turn; `laws`: whether bearings depend on the speed; `uneven`: whether some are unlike in x and
+    y; `bodies`: how many there are; `frequencies`: of tables, at each of which all modes of a speed
+    are sought; `speed_ratios`: of the bodies; `top_rad_s`: up to which critical speeds are sought
+    in every run; `operating`: `[[operating]]` of the scene.
     """
 
     kind: EngineKind = "hermitian"
     coordinates: int = 0
     parts: tuple[float, ...] = ()
-    free: bool = False
+    whole: bool = False
     shafts: int = 1
     laws: bool = False
     uneven: bool = False
@@ -42,7 +43,7 @@ class EngineSize(NamedTuple):
     @property
     def search(self) -> Work:
         """Work of the search for the critical speeds that one shaft excites."""
-        if self.kind == "isotropic" and self.free:
+        if self.kind == "isotropic" and self.whole:
             return Work(undamped=150.0, factorisations=140.0)
         if self.kind == "isotropic":
             return Work(eigenproblems=18.0, continued=130.0, factorisations=50.0)

@@ -22,6 +22,8 @@ POWERS = (0, 2, 3)
 _GIB = 1024.0**3
 # Speeds that a diagram looks at beyond those asked for: meetings, beginnings, rest.
 _LOOKED_AT = 8.0
+# Kinds of speed laws whose forces depend on the frequency too.
+_OF_FREQUENCY = ("frequency_table", "magnetic")
 # Work of each of these speeds, and that of the estimates of errors, by how eigenproblems are solved
 # (measured: the ledgers of bench/forecast.py).
 _DIAGRAMS = {
@@ -29,8 +31,9 @@ _DIAGRAMS = {
     "damped": Work(eigenproblems=0.2, continued=0.8, factorisations=0.8),
     "damped with laws": Work(eigenproblems=0.8, continued=2.2, factorisations=2.4),
     "isotropic": Work(eigenproblems=0.2, continued=3.0, factorisations=0.2),
-    "damped, free": Work(eigenproblems=1.0, factorisations=0.8),
-    "isotropic, free": Work(eigenproblems=6.7, factorisations=22.0),
+    "damped, whole": Work(eigenproblems=1.0, factorisations=0.8),
+    "damped with laws, whole": Work(eigenproblems=1.0, factorisations=5.5),
+    "isotropic, whole": Work(eigenproblems=6.7, factorisations=22.0),
     # critical speeds and unstable ranges come with the diagram
     "asymmetric": Work(eigenproblems=6.5),
     "periodic": Work(eigenproblems=1.0),
@@ -40,8 +43,9 @@ _ESTIMATES = {
     "damped": Work(eigenproblems=36.0, continued=20.0, factorisations=56.0),
     "damped with laws": Work(eigenproblems=36.0, continued=25.0, factorisations=55.0),
     "isotropic": Work(eigenproblems=78.0, continued=35.0, factorisations=157.0),
-    "damped, free": Work(eigenproblems=45.0, factorisations=50.0),
-    "isotropic, free": Work(eigenproblems=250.0),
+    "damped, whole": Work(eigenproblems=45.0, factorisations=50.0),
+    "damped with laws, whole": Work(eigenproblems=45.0, factorisations=50.0),
+    "isotropic, whole": Work(eigenproblems=250.0),
 }
 # Matrices of the engine that are in memory at once, by the kind of its eigenproblems: damped ones
 # have twice the size, those in the frame of a body some harmonics where supports are unlike.
@@ -62,17 +66,19 @@ def engine_size(
     count = len(plan.bodies) + len(scene.rigid_bodies) + len(scene.beams) + len(scene.imported)
     coordinates = sum(sizes.values()) + simple_coordinates(plan, scene)
     parts: tuple[float, ...] = (float(coordinates),)
-    free = False
-    if kind in ("damped", "isotropic") and count > 1:  # of one shaft it is not worth the look
+    whole = any(law.kind in _OF_FREQUENCY for law in _laws(scene))
+    # lateral motion of one shaft has one part, and bearings
+    looks = count > 1 or plan.on("axial") or plan.on("torsion")
+    if kind in ("damped", "isotropic") and looks:
         rigid = stand_in(scene, plan, bodies, sizes)
         if rigid is not None:
             parts = tuple(part * coordinates for part in rigid.parts)
-            free = rigid.is_free
+            whole = whole or rigid.is_free
     return EngineSize(
         kind=kind,
         coordinates=coordinates,
         parts=parts,
-        free=free,
+        whole=whole,
         shafts=exciters(plan, scene),
         laws=plan.on("speed_dependent_bearings"),
         uneven=_uneven(scene),
@@ -98,7 +104,7 @@ def _frequencies(scene: Scene) -> int:
 def _uneven(scene: Scene) -> bool:
     """Whether a bearing is stiffer in one direction than across it, at some speed."""
     laws = _laws(scene)
-    if any(law.kind in ("frequency_table", "magnetic") for law in laws):
+    if any(law.kind in _OF_FREQUENCY for law in laws):
         return True
     stiffnesses = [
         *(bearing.stiffness_n_per_m for bearing in scene.bearings),
@@ -147,10 +153,9 @@ def stage_works(plan: Plan, size: EngineSize, estimates: bool) -> dict[str, Work
 
 
 def _how(size: EngineSize) -> str:
-    """How modes are followed: from one speed to the next where no motion is free."""
-    if size.kind == "damped" and size.laws:
-        return "damped with laws"
-    return f"{size.kind}, free" if size.free else size.kind
+    """How modes are followed, by the keys of the work that takes."""
+    kind = "damped with laws" if size.kind == "damped" and size.laws else size.kind
+    return f"{kind}, whole" if size.whole and kind != "hermitian" else kind
 
 
 def seconds_of(work: Work, size: EngineSize) -> float:

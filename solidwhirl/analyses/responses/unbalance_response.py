@@ -83,7 +83,7 @@ class UnbalanceResponseSpec(base.Sweep):
         """How much it has to solve."""
         solved = size.shafts * (self.count + _RESOLVED)
         peaks = Work(eigenproblems=20.0, factorisations=12.0)
-        if size.kind == "isotropic" and size.free:
+        if size.kind == "isotropic" and size.whole:
             peaks = Work(eigenproblems=200.0, factorisations=120.0, checks=_CHECKED)
         elif size.kind == "isotropic":
             peaks = Work(eigenproblems=90.0, continued=280.0, factorisations=200.0, checks=_CHECKED)
