@@ -19,7 +19,9 @@ from scipy.optimize import nnls
 from solidwhirl.analyses.work import EngineSize, Work
 from solidwhirl.core.machine import machine_speed
 from solidwhirl.cost import run_coefficients as present
+from solidwhirl.cost.analyses import field_size, reduced_s
 from solidwhirl.cost.around import beam_models_tried, pictures, records
+from solidwhirl.cost.coefficients import BASE_GIB
 from solidwhirl.cost.engine import sizes_solved, stage_works, unit_counts
 from solidwhirl.cost.forecast import Forecast, forecast
 from solidwhirl.cost.machine import GROUPS, REFERENCE, kept_jobs_s, machine_name
@@ -41,12 +43,15 @@ WORDS = {
     "SOLVERS_S": "Seconds of the imports of mesher and solvers.",
     "MESHES": "How often the laws of meshes count.",
     "BODIES": "Kind of body: seconds of each reduction beside its law, and times that law.",
+    "ASYMMETRIC_MEMORY": "How often the law of memory counts for an asymmetric body.",
     "UNITS": "Seconds a + b (n/100)^2 + c (n/100)^3 of one, in an engine of n coordinates.",
     "COMPARED": "How often the laws count of bodies with either coupling of their interfaces.",
     "NODAL_DIAMETER": "A nodal diameter beside a circumferential order of its body.",
-    "FIELDS_S": "Seconds of the fields of a state in a body of 1e5 unknowns, 32 places around.",
+    "FIELDS": "Seconds of the fields of a state in a body: once, per 1e5 unknowns with 32 places "
+    "around.",
     "FILES": "Seconds of the files: once, per 1e5 unknowns, per 1e6 numbers of records.",
-    "PAGE": "Seconds of the page: once, per analysis, per 1e5 unknowns, per 1e6 record numbers.",
+    "PAGE": "Seconds of the page: once, per analysis, per 1e5 unknowns, per 1e6 record numbers, "
+    "with fields.",
     "PICTURES": "Seconds of the pictures: once, and of each.",
 }
 #: Powers of the coordinates in the time of one problem, beside what each costs once.
@@ -214,7 +219,10 @@ def written(case: Case) -> dict[str, Row]:
     all_of = {"once": 1.0, "size": size, "record": records(case.scene)}
     return {
         "files": (all_of, ledger["files_cpu_s"]),
-        "page": ({**all_of, "each": analyses}, ledger["page_cpu_s"]),
+        "page": (
+            {**all_of, "each": analyses, "fields": float(case.plan.on("recovery"))},
+            ledger["page_cpu_s"],
+        ),
         "pictures": ({"once": 1.0, "each": count}, ledger["pictures_cpu_s"]),
     }
 
@@ -245,6 +253,7 @@ def fitted(cases: list[Case]) -> dict[str, Any]:
         "START": tuple(of_start.get(k, 0.0) for k in ("once", "body", "section")),
         "SOLVERS_S": body["solvers"] + mesh["solvers"],
         **of_bodies,
+        "ASYMMETRIC_MEMORY": _memory(cases),
         "UNITS": {
             name: tuple(unit.get(f"{name} {p}", 0.0) for p in (0, 2, 3))
             if any(f"{name} {p}" in unit for p in powers)
@@ -253,7 +262,7 @@ def fitted(cases: list[Case]) -> dict[str, Any]:
         },
         "COMPARED": unit.get("compared", present.COMPARED),
         "FILES": (files["once"], files["size"], files["record"]),
-        "PAGE": (page["once"], page["each"], page["size"], page["record"]),
+        "PAGE": (page["once"], page["each"], page["size"], page["record"], page["fields"]),
         "PICTURES": (drawn["once"], drawn["each"]),
     }
     with using(first):  # these are told from the cost of bodies
@@ -262,7 +271,18 @@ def fitted(cases: list[Case]) -> dict[str, Any]:
             for c in cases
             if {spec.kind for spec in c.scene.analyses} & {*BODIES_AGAIN}
         ]
-        return {**first, "NODAL_DIAMETER": _nodal(again), "FIELDS_S": _fields(again)}
+        return {**first, "NODAL_DIAMETER": _nodal(again), "FIELDS": _fields(again)}
+
+
+def _memory(cases: list[Case]) -> float:
+    """Geometric mean of what runs with asymmetric bodies needed beside what their law says."""
+    ratios = []
+    for case in cases:
+        if case.plan.on("asymmetry"):
+            told = laws_of(case).peak_memory_gib - BASE_GIB
+            needed = case.ledger["peak_memory_gib"] - BASE_GIB
+            ratios.append(present.ASYMMETRIC_MEMORY * needed / told)
+    return float(np.exp(np.mean(np.log(ratios)))) if ratios else present.ASYMMETRIC_MEMORY
 
 
 @contextmanager
@@ -323,20 +343,17 @@ def _nodal(found: Iterable[tuple[Case, Forecast]]) -> float:
     return relative(rows)["each"] if rows else present.NODAL_DIAMETER
 
 
-def _fields(found: Iterable[tuple[Case, Forecast]]) -> float:
+def _fields(found: Iterable[tuple[Case, Forecast]]) -> tuple[float, float]:
     """Of analyses of kind recovery, beside the reduction that comes before."""
     rows = []
     for case, expected in found:
-        spent = case.analyses()
+        bodies, spent = (expected.last or expected.first).bodies, case.analyses()
         for spec in case.scene.analyses:
             if spec.kind == "recovery" and spec.label in spent:
-                last = (expected.last or expected.first).bodies
-                states = len(spec.states) * spec.sectors / 32.0
-                size = sum(states * last[name].unknowns for name in spec.bodies) / 1e5
-                left_out = ("meshing", "error_estimate")
-                before = sum(
-                    last[name].total_s - sum(last[name].seconds.get(s, 0.0) for s in left_out)
-                    for name in spec.bodies
-                )
-                rows.append(({"each": size}, spent[spec.label] - before))
-    return relative(rows)["each"] if rows else present.FIELDS_S
+                states = float(sum(state.instants for state in spec.states))
+                size = states * sum(field_size(bodies[n], spec.sectors) for n in spec.bodies)
+                before = sum(reduced_s(bodies[name]) for name in spec.bodies)
+                counts = {"once": states * len(spec.bodies), "size": size}
+                rows.append((counts, spent[spec.label] - before))
+    each = relative(rows) if rows else {}
+    return (each["once"], each["size"]) if rows else present.FIELDS

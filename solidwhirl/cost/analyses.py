@@ -100,15 +100,21 @@ def _nodal_diameters(
 
 def _recovery(spec: RecoverySpec, bodies: Mapping[str, Cost], machine: Machine) -> AnalysisCost:
     """The last reduction of each body once more, and fields of the states around the axis."""
-    around = len(spec.states) * spec.sectors / _SECTORS
+    states = sum(state.instants for state in spec.states)
     seconds = memory = 0.0
     for name in spec.bodies:
-        fields = machine.factor("meridian") * around * fields_s(bodies[name])
-        seconds += reduced_s(bodies[name]) + fields
+        fields = states * fields_s(bodies[name], spec.sectors)
+        seconds += reduced_s(bodies[name]) + machine.factor("meridian") * fields
         memory = max(memory, 8.0 * _FIELDS * spec.sectors * bodies[name].unknowns / _GIB)
     return AnalysisCost(seconds=seconds, memory_gib=memory)
 
 
-def fields_s(body: Cost) -> float:
-    """Seconds of the fields of one state, at 32 places around the axis."""
-    return measured.FIELDS_S * body.unknowns / _UNKNOWNS
+def fields_s(body: Cost, sectors: int) -> float:
+    """Seconds of the fields of one state, at so many places around the axis."""
+    once, size = measured.FIELDS
+    return once + size * field_size(body, sectors)
+
+
+def field_size(body: Cost, sectors: int) -> float:
+    """Unknowns of a body and places around its axis, over 1e5 and 32."""
+    return body.unknowns / _UNKNOWNS * sectors / _SECTORS

@@ -52,12 +52,15 @@ def writing(scene: Scene, plan: Plan, unknowns: int, machine: Machine = REFERENC
     """Seconds of what is written; `unknowns`: of the meshes that are written and shown."""
     size, count = unknowns / _UNKNOWNS, len(scene.analyses)
     once, each, record = measured.FILES
-    page, analysis, shown, drawn = measured.PAGE
+    page, analysis, shown, drawn, fields = measured.PAGE
     first, picture = measured.PICTURES
     recorded = records(scene)
     return Writing(
         files_s=machine.factor("page") * (once + each * size + record * recorded),
-        page_s=machine.factor("page") * (page + analysis * count + shown * size + drawn * recorded),
+        page_s=machine.factor("page")
+        * (
+            page + analysis * count + shown * size + drawn * recorded + fields * plan.on("recovery")
+        ),
         pictures_s=machine.factor("pictures") * (first + picture * pictures(scene, plan)),
     )
 

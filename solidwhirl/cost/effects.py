@@ -17,6 +17,8 @@ from solidwhirl.model.plan_records import BodyPlan, Plan
 from solidwhirl.model.resolution import choose_resolution
 from solidwhirl.scene.records import EffectsSpec, Scene
 
+# Places around the axis at which a state is recovered where the scene says nothing.
+_AROUND = 32
 # Asking for one of these asks for both.
 _PAIR = ("stress_stiffening", "spin_softening")
 
@@ -150,7 +152,9 @@ def _recovery_s(expected: Forecast, scene: Scene) -> float:
     if named:
         return sum(expected.analyses[name].seconds for name in named)
     bodies = (expected.last or expected.first).bodies.values()
-    return sum(reduced_s(body) + fields_s(body) for body in bodies if "meshing" in body.seconds)
+    return sum(
+        reduced_s(body) + fields_s(body, _AROUND) for body in bodies if "meshing" in body.seconds
+    )
 
 
 def _second_order_s(expected: Forecast, scene: Scene) -> float:

@@ -410,7 +410,8 @@ def _memory_gib(
             own, copies = max(own, finer), max(copies, more)
     else:
         own, copies = law(f"{kind}.{degree}.{'estimate' if estimated else 'reduction'}")
-    return float(own + copies * 8.0 * unknowns * problem.columns / 1024.0**3)
+    out = float(own + copies * 8.0 * unknowns * problem.columns / 1024.0**3)
+    return of_runs.ASYMMETRIC_MEMORY * out if plan.shape == "asymmetric" else out
 
 
 def _beam_cost(body: Body, plan: BodyPlan, modes: int) -> Cost:
