@@ -25,7 +25,7 @@ from solidwhirl.cost.coefficients import BASE_GIB
 from solidwhirl.cost.engine import sizes_solved, stage_works, unit_counts
 from solidwhirl.cost.forecast import Forecast, forecast
 from solidwhirl.cost.machine import GROUPS, REFERENCE, kept_jobs_s, machine_name
-from solidwhirl.cost.stand_in import SteppedPart, stepped_parts
+from solidwhirl.cost.stand_in import SteppedPart, stand_in, stepped_parts
 from solidwhirl.cost.work import Cost, body_kind, couplings_s, mesh_kind
 from solidwhirl.geometry import Body
 
@@ -207,7 +207,7 @@ def _stepped(case: Case) -> dict[str, list[SteppedPart]]:
     expected = laws_of(case)
     bodies = (expected.last or expected.first).bodies
     sizes = {name: cost.coordinates for name, cost in bodies.items()}
-    return stepped_parts(case.scene, case.plan, case.bodies, sizes)
+    return stepped_parts(case.scene, stand_in(case.scene, case.plan, case.bodies), sizes)
 
 
 def written(case: Case) -> dict[str, Row]:

@@ -10,6 +10,7 @@ from solidwhirl.core.errors import USER_ERRORS
 from solidwhirl.cost.analyses import fields_s, reduced_s
 from solidwhirl.cost.forecast import Forecast, forecast
 from solidwhirl.cost.machine import Machine
+from solidwhirl.cost.stand_in import stand_in
 from solidwhirl.geometry import Body, GeometryError
 from solidwhirl.meshing.imported.records import AnyBody
 from solidwhirl.model.effects import make_plan
@@ -44,6 +45,8 @@ def effect_costs(
     or whose cost would be extrapolated beyond what was measured, are left out.
     """
     out = {}
+    # what an effect changes of parts and run-ups is little, and other plans need not assemble
+    engine = stand_in(scene, plan, bodies)
     for effect in plan.effects:
         with suppress(*USER_ERRORS, GeometryError):
             if effect.name in _DIRECT:
@@ -53,7 +56,7 @@ def effect_costs(
             changed = _other_choice(scene, plan, bodies, effect.name, not effect.on)
             if changed is None:
                 continue
-            other = forecast(*changed, bodies, machine=machine)
+            other = forecast(*changed, bodies, machine=machine, engine=engine)
             if other.extrapolated and not expected.extrapolated:
                 continue  # such as a whole rotor as a solid: no number to rely on
             more, less = (expected, other) if effect.on else (other, expected)

@@ -8,8 +8,7 @@ import numpy as np
 
 from solidwhirl.analyses.work import EngineKind, EngineSize, Work
 from solidwhirl.cost import run_coefficients as measured
-from solidwhirl.cost.stand_in import stand_in
-from solidwhirl.meshing.imported.records import AnyBody
+from solidwhirl.cost.stand_in import StandIn
 from solidwhirl.model.imported_bodies import imported_element
 from solidwhirl.model.plan_records import Plan
 from solidwhirl.scene.bearing_physics import AbsoluteLaw
@@ -59,26 +58,20 @@ _MATRICES = {
 
 
 def engine_size(
-    plan: Plan, scene: Scene, bodies: Mapping[str, AnyBody], sizes: Mapping[str, int]
+    plan: Plan, scene: Scene, sizes: Mapping[str, int], engine: StandIn | None
 ) -> EngineSize:
-    """Return what the work of an engine depends on; `sizes`: coordinates of its bodies, reduced."""
-    kind = engine_kind(plan, scene)
-    count = len(plan.bodies) + len(scene.rigid_bodies) + len(scene.beams) + len(scene.imported)
+    """Return what the work of an engine depends on.
+
+    `sizes`: coordinates of its bodies, reduced; `engine`: what stands in for it, if anything does.
+    """
     coordinates = sum(sizes.values()) + simple_coordinates(plan, scene)
-    parts: tuple[float, ...] = (float(coordinates),)
-    whole = any(law.kind in _OF_FREQUENCY for law in _laws(scene))
-    # lateral motion of one shaft has one part, and bearings
-    looks = count > 1 or plan.on("axial") or plan.on("torsion")
-    if kind in ("damped", "isotropic") and looks:
-        rigid = stand_in(scene, plan, bodies, sizes)
-        if rigid is not None:
-            parts = tuple(part * coordinates for part in rigid.parts)
-            whole = whole or rigid.is_free
+    parts = (1.0,) if engine is None else engine.parts(sizes)
+    of_frequency = any(law.kind in _OF_FREQUENCY for law in _laws(scene))
     return EngineSize(
-        kind=kind,
+        kind=engine_kind(plan, scene),
         coordinates=coordinates,
-        parts=parts,
-        whole=whole,
+        parts=tuple(part * coordinates for part in parts),
+        whole=of_frequency or (engine is not None and engine.is_free),
         shafts=exciters(plan, scene),
         laws=plan.on("speed_dependent_bearings"),
         uneven=_uneven(scene),
@@ -86,7 +79,7 @@ def engine_size(
         speed_ratios=scene.speed_ratios(),
         top_rad_s=float(np.max(plan.speeds_rad_s)),
         operating=scene.operating,
-        bodies=count,
+        bodies=len(plan.bodies) + len(scene.rigid_bodies) + len(scene.beams) + len(scene.imported),
     )
 
 
@@ -155,7 +148,7 @@ def stage_works(plan: Plan, size: EngineSize, estimates: bool) -> dict[str, Work
 def _how(size: EngineSize) -> str:
     """How modes are followed, by the keys of the work that takes."""
     kind = "damped with laws" if size.kind == "damped" and size.laws else size.kind
-    return f"{kind}, whole" if size.whole and kind != "hermitian" else kind
+    return f"{kind}, whole" if size.whole and f"{kind}, whole" in _DIAGRAMS else kind
 
 
 def seconds_of(work: Work, size: EngineSize) -> float:

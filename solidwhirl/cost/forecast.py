@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from solidwhirl.cost.around import Writing, start_s, writing
 from solidwhirl.cost.coefficients import BASE_GIB
 from solidwhirl.cost.machine import Machine, this_machine
 from solidwhirl.cost.memory import refuse_what_does_not_fit, with_chosen_solvers
-from solidwhirl.cost.stand_in import stepped_parts
+from solidwhirl.cost.stand_in import StandIn, stand_in, stepped_parts
 from solidwhirl.cost.work import RunCost, mesh_kind, predict_body_cost, predict_cost
 from solidwhirl.geometry import Body
 from solidwhirl.meshing.imported.records import AnyBody, MeshedBody, is_asymmetric
@@ -93,19 +94,28 @@ def forecast(
     bodies: Mapping[str, Body | MeshedBody],
     *,
     machine: Machine | None = None,
+    engine: StandIn | None = None,
 ) -> Forecast:
-    """Predict the cost of a run."""
+    """Predict the cost of a run.
+
+    `engine`: what stands in for the assembled one; None for that of the scene.
+    """
     machine = machine or this_machine()
+    engine = engine or stand_in(scene, plan, bodies)
     modes, estimated = _modes(scene, plan, bodies), scene.model.estimates == "on"
     plan = _solvers_chosen(scene, plan, bodies)
-    first = predict_cost(plan, scene, bodies, modes=modes, estimates=estimated, machine=machine)
+    asked: dict[str, Any] = {
+        "modes": modes,
+        "estimates": estimated,
+        "machine": machine,
+        "engine": engine,
+    }
+    first = predict_cost(plan, scene, bodies, **asked)
     finer, meshes = _finer(scene, plan, bodies)
     last = None
     if finer:
         later = replace(plan, bodies={**plan.bodies, **finer})
-        last = predict_cost(
-            later, scene, bodies, modes=modes, estimates=estimated, machine=machine, meshes=meshes
-        )
+        last = predict_cost(later, scene, bodies, meshes=meshes, **asked)
     if last is not None and last.whole.unknowns < _GROWTH * first.whole.unknowns:
         last = None
     whole, size = (last or first).whole, (last or first).size
@@ -119,7 +129,7 @@ def forecast(
             size,
             (last or first).bodies,
             machine,
-            stepped_parts(scene, plan, bodies, sizes),
+            stepped_parts(scene, engine, sizes),
             lambda level: _on_level(scene, bodies, level, machine),
         ),
         start_s=start_s(scene, plan, bodies, machine),

@@ -26,17 +26,20 @@ _MASS_KG, _INERTIA_KG_M2 = 1.0, (1.0, 1.0, 1.0)
 
 
 class StandIn(NamedTuple):
-    """An engine of rigid bodies; `sizes`: coordinates that the bodies will have."""
+    """An engine of rigid bodies, and these by name."""
 
     system: AssembledSystem
-    sizes: Mapping[Superelement, int]
+    rigid: Mapping[str, Superelement]
 
-    @property
-    def parts(self) -> tuple[float, ...]:
-        """Parts that nothing couples, by how much of all coordinates they have."""
+    def parts(self, sizes: Mapping[str, int]) -> tuple[float, ...]:
+        """Return what of all coordinates the parts have that nothing couples.
+
+        `sizes`: coordinates of each body after its reduction.
+        """
         from solidwhirl.rotordyn.modes.uncoupled import uncoupled_groups
 
-        found = [self.coordinates(self.system, at) for at in uncoupled_groups(self.system)]
+        groups = uncoupled_groups(self.system)
+        found = [self.coordinates(self.system, at, sizes) for at in groups]
         return tuple(count / sum(found) for count in found)
 
     @property
@@ -46,32 +49,38 @@ class StandIn(NamedTuple):
 
         return modes_at_speed(self.system, 0.0).zero_count > 0
 
-    def coordinates(self, model: AssembledSystem, at: IntArray) -> float:
+    def coordinates(self, model: AssembledSystem, at: IntArray, sizes: Mapping[str, int]) -> float:
         """Count the coordinates of a part of a model, bodies in it by those expected of them."""
         total = 0.0
         for name, rows in model.body_slices.items():
             moved = model.transformation[rows].any(axis=0)
             own, every = int(moved[at].sum()), int(moved.sum())
-            expected = self.sizes.get(model.system.rotors[name].element, every)
+            # of a model in which it stays rigid it has few
+            is_own = model.system.rotors[name].element is self.rigid.get(name)
+            expected = sizes[name] if is_own else every
             total += expected * own / every if every else 0.0
         return total
 
 
-def stand_in(
-    scene: Scene, plan: Plan, bodies: Mapping[str, AnyBody], sizes: Mapping[str, int]
-) -> StandIn | None:
-    """Return the engine with rigid bodies; None where bearings follow from the weight they carry.
+def stand_in(scene: Scene, plan: Plan, bodies: Mapping[str, AnyBody]) -> StandIn | None:
+    """Return the engine with rigid bodies; None where it tells nothing that costs.
 
-    `sizes`: coordinates of each body after its reduction.
+    Lateral motion of one shaft has one part, and without damping it takes no time; in the frame of
+    asymmetric bodies all is solved at once. Where bearings follow from the weight that they carry,
+    bodies of another weight have none.
     """
     from solidwhirl.model.static_loads import load_case
+
+    count = len(plan.bodies) + len(scene.rigid_bodies) + len(scene.beams) + len(scene.imported)
+    damped = plan.on("bearing_damping") or plan.on("internal_damping")
+    has_parts = damped and (count > 1 or plan.on("axial") or plan.on("torsion"))
+    runs = any(spec.kind == "run_up" for spec in scene.analyses)
+    if plan.on("asymmetry") or not (has_parts or runs) or load_case(scene) is not None:
+        return None
     from solidwhirl.model.system_parts import engine_of, simple_elements
 
-    if load_case(scene) is not None:
-        return None
     rigid = {name: _rigid(name, body, plan) for name, body in bodies.items()}
-    system = engine_of(scene, plan, {**simple_elements(scene, plan), **rigid})
-    return StandIn(system, {rigid[name]: sizes[name] for name in bodies})
+    return StandIn(engine_of(scene, plan, {**simple_elements(scene, plan), **rigid}), rigid)
 
 
 class SteppedPart(NamedTuple):
@@ -82,24 +91,22 @@ class SteppedPart(NamedTuple):
 
 
 def stepped_parts(
-    scene: Scene, plan: Plan, bodies: Mapping[str, AnyBody], sizes: Mapping[str, int]
+    scene: Scene, engine: StandIn | None, sizes: Mapping[str, int]
 ) -> dict[str, list[SteppedPart]]:
     """Return what each run-up steps that none before it has stepped, by the name of the analysis.
 
-    `sizes`: coordinates of each body, after its reduction.
+    `engine`: None: all steps of all models are of the whole; `sizes`: coordinates of each body,
+    after its reduction.
     """
     asked: list[RunUpSpec] = [spec for spec in scene.analyses if spec.kind == "run_up"]
-    if not asked or plan.on("asymmetry"):
-        return {}
-    engine = stand_in(scene, plan, bodies, sizes)
-    if engine is None:  # all steps of all models, of the whole
+    if engine is None:
         whole = float(sum(sizes.values()))
         steps = {spec.label: spec.steps * (1 + len(spec.compare_flexible)) for spec in asked}
         return {name: [SteppedPart(whole, count)] for name, count in steps.items()}
     known: dict[Hashable, RunSettings] = {}
     return {
         spec.label: [
-            SteppedPart(engine.coordinates(model, at), spec.steps)
+            SteppedPart(engine.coordinates(model, at, sizes), spec.steps)
             for model, at in spec.parts_of(engine.system, known)
         ]
         for spec in asked

@@ -20,6 +20,7 @@ from solidwhirl.cost import run_coefficients as of_runs
 from solidwhirl.cost.engine import engine_size, seconds_of, stage_works
 from solidwhirl.cost.machine import REFERENCE, Machine
 from solidwhirl.cost.solver_coefficients import LARGEST, MODES, SOLVERS
+from solidwhirl.cost.stand_in import StandIn
 from solidwhirl.geometry import Body
 from solidwhirl.meshing.imported.records import MeshedBody
 from solidwhirl.meshing.own.prediction import MeshKind, PredictedMesh, predict_mesh
@@ -148,11 +149,12 @@ def predict_cost(
     estimates: bool = False,
     machine: Machine = REFERENCE,
     meshes: Mapping[str, PredictedMesh] | None = None,
+    engine: StandIn | None = None,
 ) -> RunCost:
     """Predict what a scene costs, from its plan.
 
     `modes`: fixed-interface modes of each solid; `meshes`: of bodies that have another one than
-    their plan says.
+    their plan says; `engine`: what stands in for the assembled one (`solidwhirl.cost.stand_in`).
     """
     costs = {
         name: predict_body_cost(
@@ -166,7 +168,7 @@ def predict_cost(
         for name, body in bodies.items()
     }
     compared = couplings_s(plan, scene, bodies, machine) if estimates else 0.0
-    size = engine_size(plan, scene, bodies, {n: c.coordinates for n, c in costs.items()})
+    size = engine_size(plan, scene, {n: c.coordinates for n, c in costs.items()}, engine)
     whole = _whole(plan, size, costs, machine, compared, estimates)
     return RunCost(bodies=costs, whole=whole, size=size)
 

@@ -18,7 +18,7 @@ from solidwhirl.cost.effects import effect_costs
 from solidwhirl.cost.forecast import forecast
 from solidwhirl.cost.machine import GROUPS, REFERENCE, this_machine, uniform
 from solidwhirl.cost.memory import MemoryShortageError, refuse_what_does_not_fit
-from solidwhirl.cost.stand_in import stepped_parts
+from solidwhirl.cost.stand_in import stand_in, stepped_parts
 from solidwhirl.cost.tables import cost_rows, forecast_document, forecast_rows
 from solidwhirl.cost.work import STAGES, predict_body_cost, predict_cost
 from solidwhirl.meshing import mesh_meridian
@@ -306,8 +306,8 @@ def test_an_engine_is_forecast_as_it_is_solved():
     found = forecast(scene, plan, {}, machine=REFERENCE)
     size = found.first.size
     assert len(size.parts) == 2 and sum(size.parts) == size.coordinates and not size.whole
-    (first,) = stepped_parts(scene, plan, {}, {})["run_up"]
-    (rigid,) = stepped_parts(scene, plan, {}, {})["again"]
+    stepped = stepped_parts(scene, stand_in(scene, plan, {}), {})
+    ((first,), (rigid,)) = stepped["run_up"], stepped["again"]
     assert first.coordinates == 12.0 and rigid.coordinates == 4.0
     spent = {name: cost.seconds for name, cost in found.analyses.items()}
     assert spent["separation_margins"] < 0.2 * spent["beyond"]
