@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Literal, NamedTuple
-
-if TYPE_CHECKING:
-    from solidwhirl.analyses.base import OperatingSpec
+from typing import Any, Literal, NamedTuple
 
 #: How eigenproblems of an engine are solved: without damping; with it; with it, as complex ones of
 #: half the size, where bearings follow the speed and are alike in x and y; in the frame of a body,
@@ -38,7 +35,7 @@ class EngineSize(NamedTuple):
     frequencies: int = 1
     speed_ratios: Mapping[str, float] = MappingProxyType({})
     top_rad_s: float = 0.0
-    operating: Sequence[OperatingSpec] = ()
+    operating: Sequence[Any] = ()
 
     @property
     def search(self) -> Work:

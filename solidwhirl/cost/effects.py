@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from solidwhirl.core.errors import USER_ERRORS
 from solidwhirl.cost.analyses import fields_s, reduced_s
-from solidwhirl.cost.forecast import Forecast, forecast
+from solidwhirl.cost.forecast import Forecast, forecast_with
 from solidwhirl.cost.machine import Machine
 from solidwhirl.cost.stand_in import stand_in
 from solidwhirl.geometry import Body, GeometryError
@@ -56,7 +56,7 @@ def effect_costs(
             changed = _other_choice(scene, plan, bodies, effect.name, not effect.on)
             if changed is None:
                 continue
-            other = forecast(*changed, bodies, machine=machine, engine=engine)
+            other = forecast_with(engine, *changed, bodies, machine)
             if other.extrapolated and not expected.extrapolated:
                 continue  # such as a whole rotor as a solid: no number to rely on
             more, less = (expected, other) if effect.on else (other, expected)

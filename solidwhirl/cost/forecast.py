@@ -94,14 +94,20 @@ def forecast(
     bodies: Mapping[str, Body | MeshedBody],
     *,
     machine: Machine | None = None,
-    engine: StandIn | None = None,
 ) -> Forecast:
-    """Predict the cost of a run.
+    """Predict the cost of a run."""
+    engine = stand_in(scene, plan, bodies)
+    return forecast_with(engine, scene, plan, bodies, machine or this_machine())
 
-    `engine`: what stands in for the assembled one; None for that of the scene.
-    """
-    machine = machine or this_machine()
-    engine = engine or stand_in(scene, plan, bodies)
+
+def forecast_with(
+    engine: StandIn | None,
+    scene: Scene,
+    plan: Plan,
+    bodies: Mapping[str, Body | MeshedBody],
+    machine: Machine,
+) -> Forecast:
+    """Predict the cost of a run; `engine`: what stands in for the assembled one."""
     modes, estimated = _modes(scene, plan, bodies), scene.model.estimates == "on"
     plan = _solvers_chosen(scene, plan, bodies)
     asked: dict[str, Any] = {
@@ -130,7 +136,7 @@ def forecast(
             (last or first).bodies,
             machine,
             stepped_parts(scene, engine, sizes),
-            lambda level: _on_level(scene, bodies, level, machine),
+            lambda level: _on_level(engine, scene, bodies, level, machine),
         ),
         start_s=start_s(scene, plan, bodies, machine),
         writing=writing(scene, plan, whole.unknowns, machine),
@@ -138,7 +144,11 @@ def forecast(
 
 
 def _on_level(
-    scene: Scene, bodies: Mapping[str, AnyBody], level: str, machine: Machine
+    engine: StandIn | None,
+    scene: Scene,
+    bodies: Mapping[str, AnyBody],
+    level: str,
+    machine: Machine,
 ) -> AnalysisCost:
     """Cost of the engine with its bodies on another level, as `level_comparison` computes it.
 
@@ -146,7 +156,7 @@ def _on_level(
     """
     other = alone_at_level(scene, level)
     drawn = {name: body for name, body in bodies.items() if isinstance(body, Body)}
-    found = forecast(other, make_plan(other, drawn, level), bodies, machine=machine)
+    found = forecast_with(engine, other, make_plan(other, drawn, level), bodies, machine)
     around = found.start_s + found.writing.files_s + found.writing.page_s
     memory = max(found.peak_memory_gib - BASE_GIB, 0.0)
     return AnalysisCost(seconds=found.seconds - around, memory_gib=memory)

@@ -227,7 +227,7 @@ def test_all_of_a_run_is_in_the_forecast(planned, small_scene):
     """Twice the steps, twice the time; the total has all rows of the table."""
     found = []
     for factor in (1, 2):
-        analyses = [{**STABILITY, "count": 41 * factor}, {**RUN_UP, "ramp_s": 2.0 * factor}]
+        analyses = [{**STABILITY, "count": 41 * factor}, {**RUN_UP, "ramp_s": 50.0 * factor}]
         scene, bodies, plan = planned(small_scene() | {"analyses": analyses}, level="harmonic")
         found.append(forecast(scene, plan, bodies, machine=REFERENCE))
     for name in ("stability", "run_up"):
