@@ -207,7 +207,8 @@ def _stepped(case: Case) -> dict[str, list[SteppedPart]]:
     expected = laws_of(case)
     bodies = (expected.last or expected.first).bodies
     sizes = {name: cost.coordinates for name, cost in bodies.items()}
-    return stepped_parts(case.scene, stand_in(case.scene, case.plan, case.bodies), sizes)
+    engine = stand_in(case.scene, case.plan, case.bodies)
+    return stepped_parts(case.scene, case.plan, engine, sizes)
 
 
 def written(case: Case) -> dict[str, Row]:

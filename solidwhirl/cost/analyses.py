@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     from solidwhirl.analyses.recovery.analysis import RecoverySpec
 
 _UNKNOWNS = 1e5
-_SECTORS = 32.0
+#: Places around the axis at which a state is recovered where the scene says nothing.
+SECTORS = 32
 # Values of a field at each unknown: displacements, stresses, and what they are made of.
 _FIELDS = 20.0
 _GIB = 1024.0**3
@@ -117,4 +118,4 @@ def fields_s(body: Cost, sectors: int) -> float:
 
 def field_size(body: Cost, sectors: int) -> float:
     """Unknowns of a body and places around its axis, over 1e5 and 32."""
-    return body.unknowns / _UNKNOWNS * sectors / _SECTORS
+    return body.unknowns / _UNKNOWNS * sectors / SECTORS

@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from solidwhirl.core.errors import USER_ERRORS
-from solidwhirl.cost.analyses import fields_s, reduced_s
+from solidwhirl.cost.analyses import SECTORS, fields_s, reduced_s
 from solidwhirl.cost.forecast import Forecast, forecast_with
 from solidwhirl.cost.machine import Machine
 from solidwhirl.cost.stand_in import stand_in
@@ -18,8 +18,6 @@ from solidwhirl.model.plan_records import BodyPlan, Plan
 from solidwhirl.model.resolution import choose_resolution
 from solidwhirl.scene.records import EffectsSpec, Scene
 
-# Places around the axis at which a state is recovered where the scene says nothing.
-_AROUND = 32
 # Asking for one of these asks for both.
 _PAIR = ("stress_stiffening", "spin_softening")
 
@@ -156,7 +154,7 @@ def _recovery_s(expected: Forecast, scene: Scene) -> float:
         return sum(expected.analyses[name].seconds for name in named)
     bodies = (expected.last or expected.first).bodies.values()
     return sum(
-        reduced_s(body) + fields_s(body, _AROUND) for body in bodies if "meshing" in body.seconds
+        reduced_s(body) + fields_s(body, SECTORS) for body in bodies if "meshing" in body.seconds
     )
 
 

@@ -154,12 +154,7 @@ def _how(size: EngineSize) -> str:
 def seconds_of(work: Work, size: EngineSize) -> float:
     """Processor seconds of work in an engine, on the machine that the coefficients are of."""
     counts = unit_counts(work, size)
-    return sum(
-        count * factor * powers[power]
-        for name, count in counts.items()
-        for powers in [dict(zip(POWERS, measured.UNITS[name], strict=True))]
-        for power, factor in sizes_solved(name, size).items()
-    )
+    return sum(n * _unit_s(name, sizes_solved(name, size)) for name, n in counts.items())
 
 
 def sizes_solved(name: str, size: EngineSize) -> dict[int, float]:
@@ -168,9 +163,8 @@ def sizes_solved(name: str, size: EngineSize) -> dict[int, float]:
     A response is solved in the part that is loaded, about one of the parts.
     """
     share = len(size.parts) if name == "solve" else 1
-    return {p: sum((n / _COORDINATES) ** p for n in size.parts) / share for p in POWERS if p} | {
-        0: 1.0
-    }
+    sums = {p: sum((n / _COORDINATES) ** p for n in size.parts) / share for p in POWERS}
+    return {**sums, 0: 1.0}
 
 
 def unit_counts(work: Work, size: EngineSize) -> dict[str, float]:
@@ -190,8 +184,12 @@ def unit_counts(work: Work, size: EngineSize) -> dict[str, float]:
 
 def step_s(coordinates: float) -> float:
     """Seconds of one step of a part that is stepped by itself."""
-    n = coordinates / _COORDINATES
-    return sum(c * n**p for c, p in zip(measured.UNITS["step"], POWERS, strict=True))
+    return _unit_s("step", {p: (coordinates / _COORDINATES) ** p for p in POWERS})
+
+
+def _unit_s(name: str, sizes: Mapping[int, float]) -> float:
+    """Seconds of one problem of a kind; `sizes`: by their powers in `run_coefficients.UNITS`."""
+    return sum(c * sizes[p] for c, p in zip(measured.UNITS[name], POWERS, strict=True))
 
 
 def memory_gib(work: Work, size: EngineSize) -> float:

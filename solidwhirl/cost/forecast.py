@@ -135,7 +135,7 @@ def forecast_with(
             size,
             (last or first).bodies,
             machine,
-            stepped_parts(scene, engine, sizes),
+            stepped_parts(scene, plan, engine, sizes),
             lambda level: _on_level(engine, scene, bodies, level, machine),
         ),
         start_s=start_s(scene, plan, bodies, machine),

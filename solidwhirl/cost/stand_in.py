@@ -9,14 +9,15 @@ coordinates that they are expected to have.
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
+from contextlib import suppress
 from typing import TYPE_CHECKING, NamedTuple
 
+from solidwhirl.core.errors import USER_ERRORS
 from solidwhirl.meshing.imported.records import AnyBody
 from solidwhirl.model.plan_records import Plan
 from solidwhirl.scene.records import Scene
 
 if TYPE_CHECKING:
-    from solidwhirl.analyses.responses.run_up import RunUpSpec
     from solidwhirl.rotordyn import AssembledSystem, Superelement
     from solidwhirl.rotordyn.core.arrays import IntArray
     from solidwhirl.rotordyn.run_up.integration import RunSettings
@@ -40,7 +41,7 @@ class StandIn(NamedTuple):
 
         groups = uncoupled_groups(self.system)
         found = [self.coordinates(self.system, at, sizes) for at in groups]
-        return tuple(count / sum(found) for count in found)
+        return tuple(count / sum(found) for count in found) if sum(found) else (1.0,)
 
     @property
     def is_free(self) -> bool:
@@ -67,7 +68,7 @@ def stand_in(scene: Scene, plan: Plan, bodies: Mapping[str, AnyBody]) -> StandIn
 
     Lateral motion of one shaft has one part, and without damping it takes no time; in the frame of
     asymmetric bodies all is solved at once. Where bearings follow from the weight that they carry,
-    bodies of another weight have none.
+    bodies of another weight have none; and rigid bodies can't be held as often as others.
     """
     from solidwhirl.model.static_loads import load_case
 
@@ -80,7 +81,10 @@ def stand_in(scene: Scene, plan: Plan, bodies: Mapping[str, AnyBody]) -> StandIn
     from solidwhirl.model.system_parts import engine_of, simple_elements
 
     rigid = {name: _rigid(name, body, plan) for name, body in bodies.items()}
-    return StandIn(engine_of(scene, plan, {**simple_elements(scene, plan), **rigid}), rigid)
+    try:
+        return StandIn(engine_of(scene, plan, {**simple_elements(scene, plan), **rigid}), rigid)
+    except USER_ERRORS:
+        return None
 
 
 class SteppedPart(NamedTuple):
@@ -91,26 +95,29 @@ class SteppedPart(NamedTuple):
 
 
 def stepped_parts(
-    scene: Scene, engine: StandIn | None, sizes: Mapping[str, int]
+    scene: Scene, plan: Plan, engine: StandIn | None, sizes: Mapping[str, int]
 ) -> dict[str, list[SteppedPart]]:
     """Return what each run-up steps that none before it has stepped, by the name of the analysis.
 
-    `engine`: None: all steps of all models are of the whole; `sizes`: coordinates of each body,
-    after its reduction.
+    Nothing in the frame of asymmetric bodies, where no part is stepped apart. `engine`: None: all
+    steps of all models are of the whole; `sizes`: coordinates of each body, after its reduction.
     """
-    asked: list[RunUpSpec] = [spec for spec in scene.analyses if spec.kind == "run_up"]
-    if engine is None:
-        whole = float(sum(sizes.values()))
-        steps = {spec.label: spec.steps * (1 + len(spec.compare_flexible)) for spec in asked}
-        return {name: [SteppedPart(whole, count)] for name, count in steps.items()}
+    if plan.on("asymmetry"):
+        return {}
+    out: dict[str, list[SteppedPart]] = {}
     known: dict[Hashable, RunSettings] = {}
-    return {
-        spec.label: [
-            SteppedPart(engine.coordinates(model, at, sizes), spec.steps)
-            for model, at in spec.parts_of(engine.system, known)
-        ]
-        for spec in asked
-    }
+    for spec in scene.analyses:
+        if spec.kind != "run_up":
+            continue
+        models = 1 + len(spec.compare_flexible)
+        out[spec.label] = [SteppedPart(float(sum(sizes.values())), models * spec.steps)]
+        if engine is not None:
+            with suppress(*USER_ERRORS):  # what is wrong the run itself will say
+                out[spec.label] = [
+                    SteppedPart(engine.coordinates(model, at, sizes), spec.steps)
+                    for model, at in spec.parts_of(engine.system, known)
+                ]
+    return out
 
 
 def _rigid(name: str, body: AnyBody, plan: Plan) -> Superelement:

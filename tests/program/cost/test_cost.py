@@ -306,11 +306,26 @@ def test_an_engine_is_forecast_as_it_is_solved():
     found = forecast(scene, plan, {}, machine=REFERENCE)
     size = found.first.size
     assert len(size.parts) == 2 and sum(size.parts) == size.coordinates and not size.whole
-    stepped = stepped_parts(scene, stand_in(scene, plan, {}), {})
+    stepped = stepped_parts(scene, plan, stand_in(scene, plan, {}), {})
     ((first,), (rigid,)) = stepped["run_up"], stepped["again"]
     assert first.coordinates == 12.0 and rigid.coordinates == 4.0
     spent = {name: cost.seconds for name, cost in found.analyses.items()}
     assert spent["separation_margins"] < 0.2 * spent["beyond"]
+
+
+def test_what_rigid_bodies_can_not_be_is_forecast_as_a_whole(planned, small_scene):
+    """A body that is held at both ends in all its motions."""
+    data = small_scene() | {"analyses": [{**RUN_UP, "mount": "left"}]}
+    held = {"rigid": ["ux", "uy", "uz", "rx", "ry", "rz"]}
+    data["bearings"] = [
+        {"name": name, "first": spec["first"], **(held if k else {"damping_n_s_per_m": 1e3})}
+        for k, (name, spec) in enumerate(zip(["left", "held"], data["bearings"], strict=True))
+    ]
+    data["bearings"][0]["stiffness_n_per_m"] = 1e7
+    scene, bodies, plan = planned(data, level="harmonic")
+    found = forecast(scene, plan, bodies, machine=REFERENCE)
+    assert found.first.size.parts == (float(found.first.size.coordinates),)
+    assert found.analyses["run_up"].seconds > 0.0
 
 
 def test_effects_cost_what_forecasts_without_them_save(planned, small_scene):
