@@ -16,14 +16,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.optimize import nnls
 
-from solidwhirl.bodies.beams_tried import beams_are_tried
+from solidwhirl.analyses.work import EngineSize, Work
 from solidwhirl.core.machine import machine_speed
 from solidwhirl.cost import run_coefficients as present
-from solidwhirl.cost.around import pictures
-from solidwhirl.cost.engine import engine_size, stage_works, unit_counts
+from solidwhirl.cost.analyses import field_size, reduced_s
+from solidwhirl.cost.around import beam_models_tried, pictures, records
+from solidwhirl.cost.coefficients import BASE_GIB
+from solidwhirl.cost.engine import sizes_solved, stage_works, unit_counts
 from solidwhirl.cost.forecast import Forecast, forecast
 from solidwhirl.cost.machine import GROUPS, REFERENCE, kept_jobs_s, machine_name
-from solidwhirl.cost.work import Cost, body_kind, mesh_kind
+from solidwhirl.cost.stand_in import SteppedPart, stand_in, stepped_parts
+from solidwhirl.cost.work import Cost, body_kind, couplings_s, mesh_kind
 from solidwhirl.geometry import Body
 
 if TYPE_CHECKING:
@@ -40,12 +43,15 @@ WORDS = {
     "SOLVERS_S": "Seconds of the imports of mesher and solvers.",
     "MESHES": "How often the laws of meshes count.",
     "BODIES": "Kind of body: seconds of each reduction beside its law, and times that law.",
+    "ASYMMETRIC_MEMORY": "How often the law of memory counts for an asymmetric body.",
     "UNITS": "Seconds a + b (n/100)^2 + c (n/100)^3 of one, in an engine of n coordinates.",
-    "COMPARED_S": "Seconds of each body that error estimates compare with another model of it.",
+    "COMPARED": "How often the laws count of bodies with either coupling of their interfaces.",
     "NODAL_DIAMETER": "A nodal diameter beside a circumferential order of its body.",
-    "FIELDS_S": "Seconds of the fields of a state in a body of 1e5 unknowns, 32 places around.",
-    "FILES": "Seconds of the files: once, and per 1e5 unknowns.",
-    "PAGE": "Seconds of the page: once, per analysis, per 1e5 unknowns.",
+    "FIELDS": "Seconds of the fields of a state in a body: once, per 1e5 unknowns with 32 places "
+    "around.",
+    "FILES": "Seconds of the files: once, per 1e5 unknowns, per 1e6 numbers of records.",
+    "PAGE": "Seconds of the page: once, per analysis, per 1e5 unknowns, per 1e6 record numbers, "
+    "with fields.",
     "PICTURES": "Seconds of the pictures: once, and of each.",
 }
 #: Powers of the coordinates in the time of one problem, beside what each costs once.
@@ -54,16 +60,24 @@ POWERS = {
     "eigenproblem.hermitian": (0, 3),
     "eigenproblem.damped": (0, 2),
     "eigenproblem.isotropic": (0, 2),
-    "eigenproblem.asymmetric": (3,),
+    "eigenproblem.asymmetric": (0, 2),
+    "eigenproblem.periodic": (3,),
+    "continued": (0, 2),
     "factorisation": (0, 2),
     "solve": (0, 2),
-    "step": (0,),
+    "balance": (0,),
+    "step": (0, 2),
     "check": (0, 2),
     "result": (0,),
 }
 _SHORT_S, _ROUNDS = 0.1, 20
-#: Stages of the engine that every run has.
-ENGINE = ("assembly", "campbell", "critical_speeds", "error_estimates")
+#: Stages of the engine that every run has, and what they are timed as.
+ENGINE = {
+    "campbell": ("assembly", "campbell"),
+    "critical_speeds": ("critical_speeds",),
+    "error_estimate": ("error_estimate",),
+    "checks": ("checks", "stability"),
+}
 # Analyses that reduce bodies again are of other laws.
 BODIES_AGAIN = ("nodal_diameters", "recovery")
 
@@ -93,9 +107,9 @@ def start(case: Case) -> Row:
     """Imports, and beams that are tried."""
     drawn = {name: b for name, b in case.bodies.items() if isinstance(b, Body)}
     counts = {"once": 1.0}
-    if beams_are_tried(case.scene, drawn):
+    if models := beam_models_tried(case.scene, case.plan, drawn):
         sections = sum(len(body.sections) for body in drawn.values())
-        counts |= {"body": float(len(drawn)), "section": float(sections)}
+        counts |= {"body": float(models * len(drawn)), "section": float(models * sections)}
     return counts, case.start_s
 
 
@@ -149,29 +163,52 @@ def _reductions(case: Case) -> Iterator[tuple[str, Cost]]:
 
 def engine(case: Case) -> Rows:
     """Stages of the engine, and analyses, by what they have to solve."""
-    n = case.ledger["coordinates"]
-    size = engine_size(case.plan, case.scene, n)
+    size, took = size_of(case), case.ledger["timings_cpu_s"]
     estimated = case.scene.model.estimates == "on"
     works = stage_works(case.plan, size, estimated)
-    spent, analyses = case.spent(), case.analyses()
-    took = {name: sum(spent.get((name, ""), [])) for name in ENGINE}
-    more: dict[str, float] = defaultdict(float)
-    for stage, work in works.items():
-        if stage != "campbell":
-            for name, count in _counted(unit_counts(work, size), n).items():
-                more[name] += count
-    if estimated and case.plan.on("coupling_comparison"):
-        more["compared 0"] = float(len(case.plan.bodies))
-    diagram = took.pop("campbell")
-    rows: Rows = [
-        (_counted(unit_counts(works["campbell"], size), n), diagram),
-        (more, sum(took.values())),
-    ]
+    rows: Rows = []
+    for stage, timed in ENGINE.items():
+        counts = _counted(works.get(stage, Work()), size)
+        if estimated and stage == "error_estimate":
+            compared = couplings_s(case.plan, case.scene, case.bodies, REFERENCE)
+            counts["compared"] = compared / present.COMPARED
+        rows.append((counts, sum(took.get(name, 0.0) for name in timed)))
+    stepped = _stepped(case)
     for spec in case.scene.analyses:
-        counts = _counted(unit_counts(spec.work(size), size), n)
-        if counts and spec.kind not in BODIES_AGAIN and spec.label in analyses:
-            rows.append((counts, analyses[spec.label]))
+        counts = _counted(spec.work(size), size)
+        for part in stepped.get(spec.label, ()):
+            for p in POWERS["step"]:
+                power = part.steps * (part.coordinates / 100.0) ** p
+                counts[f"step {p}"] = counts.get(f"step {p}", 0.0) + power
+        if counts and spec.kind not in BODIES_AGAIN:
+            rows.append((counts, took[f"analysis {spec.label}"] + _checked_s(case, spec.kind)))
     return rows
+
+
+def _checked_s(case: Case, kind: str) -> float:
+    """Seconds in which an analysis is checked by other means, all alike."""
+    checked = ("unbalance_response", "stability")
+    count = sum(spec.kind in checked for spec in case.scene.analyses)
+    whole: float = case.ledger["timings_cpu_s"].get("checks of the analyses", 0.0)
+    return whole / count if kind in checked else 0.0
+
+
+def size_of(case: Case) -> EngineSize:
+    """Size of the engine of a run, with the coordinates that it had."""
+    expected = laws_of(case)
+    told = (expected.last or expected.first).size
+    n = case.ledger["coordinates"]
+    parts = tuple(part * n / told.coordinates for part in told.parts)
+    return told._replace(coordinates=n, parts=parts)
+
+
+def _stepped(case: Case) -> dict[str, list[SteppedPart]]:
+    """Parts that run-ups step, with the bodies as they are foreseen."""
+    expected = laws_of(case)
+    bodies = (expected.last or expected.first).bodies
+    sizes = {name: cost.coordinates for name, cost in bodies.items()}
+    engine = stand_in(case.scene, case.plan, case.bodies)
+    return stepped_parts(case.scene, case.plan, engine, sizes)
 
 
 def written(case: Case) -> dict[str, Row]:
@@ -180,17 +217,22 @@ def written(case: Case) -> dict[str, Row]:
     size = (expected.last or expected.first).whole.unknowns / 1e5
     analyses, count = float(len(case.scene.analyses)), float(pictures(case.scene, case.plan))
     ledger = case.ledger
+    all_of = {"once": 1.0, "size": size, "record": records(case.scene)}
     return {
-        "files": ({"once": 1.0, "size": size}, ledger["files_cpu_s"]),
-        "page": ({"once": 1.0, "each": analyses, "size": size}, ledger["page_cpu_s"]),
+        "files": (all_of, ledger["files_cpu_s"]),
+        "page": (
+            {**all_of, "each": analyses, "fields": float(case.plan.on("recovery"))},
+            ledger["page_cpu_s"],
+        ),
         "pictures": ({"once": 1.0, "each": count}, ledger["pictures_cpu_s"]),
     }
 
 
-def _counted(counts: Mapping[str, float], n: int) -> dict[str, float]:
+def _counted(work: Work, size: EngineSize) -> dict[str, float]:
+    """How often each power of the coordinates counts in work."""
     return {
-        f"{name} {power}": count * (n / 100.0) ** power
-        for name, count in counts.items()
+        f"{name} {power}": count * sizes_solved(name, size)[power]
+        for name, count in unit_counts(work, size).items()
         if count
         for power in POWERS[name]
     }
@@ -200,23 +242,28 @@ def fitted(cases: list[Case]) -> dict[str, Any]:
     """Coefficients by their names in `solidwhirl.cost.run_coefficients`, without the machine's."""
     of_start, body = relative([start(c) for c in cases]), relative([bodies(c) for c in cases])
     mesh = relative([meshes(c) for c in cases])
-    unit = relative([row for c in cases for row in engine(c)])
+    of_bodies = {
+        "MESHES": mesh["mesh"],
+        "BODIES": {k: (body["once"], body.get(k, own[1])) for k, own in present.BODIES.items()},
+    }
+    with using(of_bodies):
+        unit = relative([row for c in cases for row in engine(c)])
     rows = [written(c) for c in cases]
     files, page, drawn = (relative([r[what] for r in rows]) for what in rows[0])
     first = {
         "START": tuple(of_start.get(k, 0.0) for k in ("once", "body", "section")),
         "SOLVERS_S": body["solvers"] + mesh["solvers"],
-        "MESHES": mesh["mesh"],
-        "BODIES": {k: (body["once"], body.get(k, own[1])) for k, own in present.BODIES.items()},
+        **of_bodies,
+        "ASYMMETRIC_MEMORY": _memory(cases),
         "UNITS": {
             name: tuple(unit.get(f"{name} {p}", 0.0) for p in (0, 2, 3))
             if any(f"{name} {p}" in unit for p in powers)
             else present.UNITS[name]
             for name, powers in POWERS.items()
         },
-        "COMPARED_S": unit.get("compared 0", present.COMPARED_S),
-        "FILES": (files["once"], files["size"]),
-        "PAGE": (page["once"], page["each"], page["size"]),
+        "COMPARED": unit.get("compared", present.COMPARED),
+        "FILES": (files["once"], files["size"], files["record"]),
+        "PAGE": (page["once"], page["each"], page["size"], page["record"], page["fields"]),
         "PICTURES": (drawn["once"], drawn["each"]),
     }
     with using(first):  # these are told from the cost of bodies
@@ -225,7 +272,18 @@ def fitted(cases: list[Case]) -> dict[str, Any]:
             for c in cases
             if {spec.kind for spec in c.scene.analyses} & {*BODIES_AGAIN}
         ]
-        return {**first, "NODAL_DIAMETER": _nodal(again), "FIELDS_S": _fields(again)}
+        return {**first, "NODAL_DIAMETER": _nodal(again), "FIELDS": _fields(again)}
+
+
+def _memory(cases: list[Case]) -> float:
+    """Geometric mean of what runs with asymmetric bodies needed beside what their law says."""
+    ratios = []
+    for case in cases:
+        if case.plan.on("asymmetry"):
+            told = laws_of(case).peak_memory_gib - BASE_GIB
+            needed = case.ledger["peak_memory_gib"] - BASE_GIB
+            ratios.append(present.ASYMMETRIC_MEMORY * needed / told)
+    return float(np.exp(np.mean(np.log(ratios)))) if ratios else present.ASYMMETRIC_MEMORY
 
 
 @contextmanager
@@ -286,20 +344,17 @@ def _nodal(found: Iterable[tuple[Case, Forecast]]) -> float:
     return relative(rows)["each"] if rows else present.NODAL_DIAMETER
 
 
-def _fields(found: Iterable[tuple[Case, Forecast]]) -> float:
+def _fields(found: Iterable[tuple[Case, Forecast]]) -> tuple[float, float]:
     """Of analyses of kind recovery, beside the reduction that comes before."""
     rows = []
     for case, expected in found:
-        spent = case.analyses()
+        bodies, spent = (expected.last or expected.first).bodies, case.analyses()
         for spec in case.scene.analyses:
             if spec.kind == "recovery" and spec.label in spent:
-                last = (expected.last or expected.first).bodies
-                states = len(spec.states) * spec.sectors / 32.0
-                size = sum(states * last[name].unknowns for name in spec.bodies) / 1e5
-                left_out = ("meshing", "error_estimate")
-                before = sum(
-                    last[name].total_s - sum(last[name].seconds.get(s, 0.0) for s in left_out)
-                    for name in spec.bodies
-                )
-                rows.append(({"each": size}, spent[spec.label] - before))
-    return relative(rows)["each"] if rows else present.FIELDS_S
+                states = float(sum(state.instants for state in spec.states))
+                size = states * sum(field_size(bodies[n], spec.sectors) for n in spec.bodies)
+                before = sum(reduced_s(bodies[name]) for name in spec.bodies)
+                counts = {"once": states * len(spec.bodies), "size": size}
+                rows.append((counts, spent[spec.label] - before))
+    each = relative(rows) if rows else {}
+    return (each["once"], each["size"]) if rows else present.FIELDS

@@ -94,6 +94,8 @@ class PredictedMesh:
     graded_places: int
     #: Of half a sector: the mesh of each of its two cut faces
     cut_face: PredictedMesh | None = None
+    #: Of a meridian: edges along the faces of joints that are pressed together
+    pressed_edges: int = 0
 
     def unknowns(self, degree: int) -> int:
         """Three displacements at every node of continuous elements of an order.
@@ -115,7 +117,8 @@ class PredictedMesh:
         face = self.cut_face
         # a face grows with the square of what the solid grows with the cube of
         cut = None if face is None else face.times(factor ** (2.0 / 3.0))
-        return replace(self, **counts, cut_face=cut)
+        pressed = round(factor**0.5 * self.pressed_edges)
+        return replace(self, **counts, cut_face=cut, pressed_edges=pressed)
 
     def _nodes(self, degree: int) -> int:
         """Add p - 1 nodes in an edge, (p-1)(p-2)/2 in a triangle, (p-1)(p-2)(p-3)/6 in a cell."""
@@ -144,7 +147,9 @@ def predict_mesh(body: Body, size: MeshSize, kind: MeshKind) -> PredictedMesh:
     subdivision = merge_fillets(subdivide(body))
     places = np.array(graded_places(body, subdivision, size)).reshape(-1, 3)
     bounds = face_bounds(body, subdivision, size, 3 if kind == "solid" else 2)
-    meridian = _meridian(subdivision, places, size.growth, bounds)
+    joined = zip(subdivision.joints, body.joints, strict=True)
+    pressed = [curve for face, joint in joined if joint.is_pressed for curve in face.seat]
+    meridian = _meridian(subdivision, places, size.growth, bounds, pressed)
     if kind == "harmonic":
         return meridian
     return _solid(body, size, (subdivision, places, bounds), meridian)
@@ -298,9 +303,13 @@ def _centroids() -> FloatArray:
 
 
 def _meridian(
-    subdivision: Subdivision, places: FloatArray, growth: float, bounds: list[float]
+    subdivision: Subdivision,
+    places: FloatArray,
+    growth: float,
+    bounds: list[float],
+    pressed: list[int],
 ) -> PredictedMesh:
-    """Triangles, and by Euler's formula their edges and vertices."""
+    """Triangles, and by Euler's formula their edges and vertices; `pressed`: curves of joints."""
     cells = 0.0
     densities: list[_Density] = [lambda x, h: 1.0 / h] * len(subdivision.curves)
     edges = _along_curves(subdivision, places, growth, bounds, densities)
@@ -318,6 +327,7 @@ def _meridian(
         edges=round(lines),
         facets=0,
         graded_places=len(places),
+        pressed_edges=round(sum(edges[c] for c in pressed)),
     )
 
 

@@ -134,11 +134,16 @@ def critical_speeds(
     ratio, limit = checked_excitation(assembled, excitation_ratio, speed_max_rad_s)
     known = _searched(assembled, ratio)
     for reached, found in known:
-        if limit <= reached * (1.0 + _ROUNDING):
+        if is_searched(limit, reached):
             return tuple(c for c in found if c.speed_rad_s <= limit * (1.0 + _ROUNDING))
     found = _found(assembled, ratio, limit)
     known.append((limit, found))
     return found
+
+
+def is_searched(limit_rad_s: float, reached_rad_s: float) -> bool:
+    """Whether a search for the same excitation up to a speed has all that is below a limit."""
+    return limit_rad_s <= reached_rad_s * (1.0 + _ROUNDING)
 
 
 @lru_cache(maxsize=_KEPT)

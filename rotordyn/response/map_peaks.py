@@ -201,7 +201,8 @@ def _vertices(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
     A vertex keeps a distance from the three points, so that all differ; where they are one to
     rounding, at a mode that is hardly damped, it is there, whatever their heights are.
     """
-    below, above = np.maximum(np.diff(x, axis=1), np.spacing(x[:, 1:])).T
+    rounding = np.spacing(np.abs(x).max(axis=1, keepdims=True))
+    below, above = np.maximum(np.diff(x, axis=1), rounding).T
     left, right = (y[:, 1] - y[:, 0]) / below, (y[:, 2] - y[:, 1]) / above
     bend = np.minimum((right - left) / (below + above), -np.finfo(float).tiny)
     slope = left + bend * below

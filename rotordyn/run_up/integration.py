@@ -180,11 +180,7 @@ def run_up(
     Parts of the system that nothing couples are integrated each by itself, in blocks as long as its
     own frequencies allow.
     """
-    how = RunSettings(**settings)
-    case = _Case(assembled, profile, how, _start(assembled, profile, how))
-    loads = _loads(assembled, unbalances, how)
-    profile_pieces(profile, float(how.step_s), loads.turning.ratios)  # refused for the whole
-    parts = _loaded_parts(assembled, loads, case.start)
+    case, parts = _apart(assembled, profile, unbalances, RunSettings(**settings))
     runs = _runs(case, parts, {} if known is None else known)
     stopped = min((r.stopped for r in runs if r.stopped is not None), key=_time, default=None)
     if stopped is not None:
@@ -194,6 +190,49 @@ def run_up(
             for run, part in zip(runs, parts, strict=True)
         ]
     return _record(case, unbalances, parts, runs, stopped)
+
+
+def parts_to_run(
+    assembled: AssembledSystem,
+    profile: SpeedProfile,
+    unbalances: Sequence[Unbalance],
+    *,
+    known: dict[Hashable, RunSettings],
+    **settings: Any,
+) -> list[IntArray]:
+    """Return the coordinates of each part that `run_up` would integrate, rising.
+
+    `known`: what is recorded of parts that are known; those that would be integrated are put there.
+    Other arguments and errors as of `run_up`.
+    """
+    case, parts = _apart(assembled, profile, unbalances, RunSettings(**settings))
+    todo = []
+    for part in parts:
+        key = _key(case, part)
+        if not _records(known.get(key), case.how):
+            known[key] = case.how
+            todo.append(part.coordinates)
+    return todo
+
+
+def _records(found: PartRun | RunSettings | None, how: RunSettings) -> bool:
+    """Whether what is known of a part holds all that is to be recorded."""
+    if found is None:
+        return False
+    return {*how.outputs} <= {*found.outputs} and {*how.bearings} <= {*found.bearings}
+
+
+def _apart(
+    assembled: AssembledSystem,
+    profile: SpeedProfile,
+    unbalances: Sequence[Unbalance],
+    how: RunSettings,
+) -> tuple[_Case, list[_LoadedPart]]:
+    """Return what is common to the parts of a run, and these."""
+    case = _Case(assembled, profile, how, _start(assembled, profile, how))
+    loads = _loads(assembled, unbalances, how)
+    profile_pieces(profile, float(how.step_s), loads.turning.ratios)  # refused for the whole
+    return case, _loaded_parts(assembled, loads, case.start)
 
 
 class _Case(NamedTuple):
@@ -217,7 +256,7 @@ def _runs(
     for part in parts:
         key = _key(case, part)
         found = known.get(key)
-        if found is None or not found.has(case.how):
+        if found is None or not _records(found, case.how):
             found = known[key] = _integrated(case, part)
         runs.append(found.of(case.how))
     return runs
@@ -336,7 +375,7 @@ def _loaded_parts(
     moves |= (start.displacement != 0) | (start.velocity != 0)
     every_group = uncoupled_groups(assembled)
     groups = [at for at in every_group if moves[at].any()]
-    if len(groups) < 2:
+    if not groups:
         return [_LoadedPart(every_group, loads)]
     rows = [assembled.transformation[:, at].any(axis=1) for at in groups]
     rows[0] |= ~np.logical_or.reduce(rows)
@@ -359,10 +398,6 @@ class PartRun(NamedTuple):
     final: MotionState
     stopped: Divergence | None
     wall_time_s: float
-
-    def has(self, how: RunSettings) -> bool:
-        """Whether it holds all that is to be recorded."""
-        return {*how.outputs} <= {*self.outputs} and {*how.bearings} <= {*self.bearings}
 
     def of(self, how: RunSettings) -> PartRun:
         """Return it with that alone."""

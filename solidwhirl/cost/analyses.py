@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from solidwhirl.analyses.registry import AnalysisSpec
 from solidwhirl.analyses.work import EngineSize
 from solidwhirl.cost import run_coefficients as measured
-from solidwhirl.cost.engine import memory_gib, seconds_of
+from solidwhirl.cost.engine import memory_gib, seconds_of, step_s
 from solidwhirl.cost.machine import Machine
+from solidwhirl.cost.stand_in import SteppedPart
 from solidwhirl.cost.work import Cost
 from solidwhirl.model.plan_records import Plan
 from solidwhirl.scene.records import Scene
@@ -21,7 +22,8 @@ if TYPE_CHECKING:
     from solidwhirl.analyses.recovery.analysis import RecoverySpec
 
 _UNKNOWNS = 1e5
-_SECTORS = 32.0
+#: Places around the axis at which a state is recovered where the scene says nothing.
+SECTORS = 32
 # Values of a field at each unknown: displacements, stresses, and what they are made of.
 _FIELDS = 20.0
 _GIB = 1024.0**3
@@ -47,11 +49,13 @@ def analysis_costs(
     size: EngineSize,
     bodies: Mapping[str, Cost],
     machine: Machine,
+    stepped: Mapping[str, Sequence[SteppedPart]],
     on_level: Callable[[str], AnalysisCost],
 ) -> dict[str, AnalysisCost]:
     """Predict what each analysis costs, by its name.
 
-    `bodies`: cost of each in its last round; `on_level`: of the engine with them on another level.
+    `bodies`: cost of each in its last round; `stepped`: parts that run-ups step, see
+    `solidwhirl.cost.stand_in`; `on_level`: of the engine with its bodies on another level.
     """
 
     def cost(spec: AnalysisSpec) -> AnalysisCost:
@@ -62,8 +66,11 @@ def analysis_costs(
         if spec.kind == "level_comparison":
             return on_level(spec.level)
         work = spec.work(size)
-        spent = machine.factor("dense") * seconds_of(work, size)
-        return AnalysisCost(seconds=spent, memory_gib=memory_gib(work, size))
+        parts = stepped.get(spec.label, ())
+        spent = seconds_of(work, size) + sum(p.steps * step_s(p.coordinates) for p in parts)
+        return AnalysisCost(
+            seconds=machine.factor("dense") * spent, memory_gib=memory_gib(work, size)
+        )
 
     return {spec.label: cost(spec) for spec in scene.analyses}
 
@@ -94,15 +101,21 @@ def _nodal_diameters(
 
 def _recovery(spec: RecoverySpec, bodies: Mapping[str, Cost], machine: Machine) -> AnalysisCost:
     """The last reduction of each body once more, and fields of the states around the axis."""
-    around = len(spec.states) * spec.sectors / _SECTORS
+    states = sum(state.instants for state in spec.states)
     seconds = memory = 0.0
     for name in spec.bodies:
-        fields = machine.factor("meridian") * around * fields_s(bodies[name])
-        seconds += reduced_s(bodies[name]) + fields
+        fields = states * fields_s(bodies[name], spec.sectors)
+        seconds += reduced_s(bodies[name]) + machine.factor("meridian") * fields
         memory = max(memory, 8.0 * _FIELDS * spec.sectors * bodies[name].unknowns / _GIB)
     return AnalysisCost(seconds=seconds, memory_gib=memory)
 
 
-def fields_s(body: Cost) -> float:
-    """Seconds of the fields of one state, at 32 places around the axis."""
-    return measured.FIELDS_S * body.unknowns / _UNKNOWNS
+def fields_s(body: Cost, sectors: int) -> float:
+    """Seconds of the fields of one state, at so many places around the axis."""
+    once, size = measured.FIELDS
+    return once + size * field_size(body, sectors)
+
+
+def field_size(body: Cost, sectors: int) -> float:
+    """Unknowns of a body and places around its axis, over 1e5 and 32."""
+    return body.unknowns / _UNKNOWNS * sectors / SECTORS

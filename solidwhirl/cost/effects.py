@@ -7,9 +7,10 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from solidwhirl.core.errors import USER_ERRORS
-from solidwhirl.cost.analyses import fields_s, reduced_s
-from solidwhirl.cost.forecast import Forecast, forecast
+from solidwhirl.cost.analyses import SECTORS, fields_s, reduced_s
+from solidwhirl.cost.forecast import Forecast, forecast_with
 from solidwhirl.cost.machine import Machine
+from solidwhirl.cost.stand_in import stand_in
 from solidwhirl.geometry import Body, GeometryError
 from solidwhirl.meshing.imported.records import AnyBody
 from solidwhirl.model.effects import make_plan
@@ -42,6 +43,8 @@ def effect_costs(
     or whose cost would be extrapolated beyond what was measured, are left out.
     """
     out = {}
+    # what an effect changes of parts and run-ups is little, and other plans need not assemble
+    engine = stand_in(scene, plan, bodies)
     for effect in plan.effects:
         with suppress(*USER_ERRORS, GeometryError):
             if effect.name in _DIRECT:
@@ -51,7 +54,7 @@ def effect_costs(
             changed = _other_choice(scene, plan, bodies, effect.name, not effect.on)
             if changed is None:
                 continue
-            other = forecast(*changed, bodies, machine=machine)
+            other = forecast_with(engine, *changed, bodies, machine)
             if other.extrapolated and not expected.extrapolated:
                 continue  # such as a whole rotor as a solid: no number to rely on
             more, less = (expected, other) if effect.on else (other, expected)
@@ -137,13 +140,22 @@ def _checks_s(expected: Forecast, scene: Scene) -> float:
     return (expected.last or expected.first).whole.seconds.get("checks", 0.0)
 
 
+def _contact_s(expected: Forecast, scene: Scene) -> float:
+    """Of all rounds; without joints there is another body."""
+    rounds = filter(None, (expected.first, expected.last))
+    bodies = (body for one in rounds for body in one.bodies.values())
+    return sum(body.seconds.get("contact", 0.0) for body in bodies)
+
+
 def _recovery_s(expected: Forecast, scene: Scene) -> float:
     """What is asked for; else a state of all bodies with a mesh."""
     named = {a.label for a in scene.analyses if a.kind == "recovery"}
     if named:
         return sum(expected.analyses[name].seconds for name in named)
     bodies = (expected.last or expected.first).bodies.values()
-    return sum(reduced_s(body) + fields_s(body) for body in bodies if "meshing" in body.seconds)
+    return sum(
+        reduced_s(body) + fields_s(body, SECTORS) for body in bodies if "meshing" in body.seconds
+    )
 
 
 def _second_order_s(expected: Forecast, scene: Scene) -> float:
@@ -155,6 +167,7 @@ def _second_order_s(expected: Forecast, scene: Scene) -> float:
 # once more: in another order, or as it is deformed.
 _DIRECT = {
     "checks": _checks_s,
+    "joints": _contact_s,
     "recovery": _recovery_s,
     "nodal_diameter_modes": _second_order_s,
     "change_of_shape": _second_order_s,

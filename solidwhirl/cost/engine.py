@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from solidwhirl.analyses.work import EngineKind, EngineSize, Work
 from solidwhirl.cost import run_coefficients as measured
+from solidwhirl.cost.stand_in import StandIn
 from solidwhirl.model.imported_bodies import imported_element
 from solidwhirl.model.plan_records import Plan
 from solidwhirl.scene.bearing_physics import AbsoluteLaw
@@ -13,28 +16,69 @@ from solidwhirl.scene.joints import SpeedLawSpec
 from solidwhirl.scene.records import Scene
 
 _COORDINATES = 100.0
+#: Powers of the coordinates in `run_coefficients.UNITS`.
+POWERS = (0, 2, 3)
 _GIB = 1024.0**3
 # Speeds that a diagram looks at beyond those asked for: meetings, beginnings, rest.
 _LOOKED_AT = 8.0
-# Of each of these speeds, modes that are placed by themselves: where bearings follow the speed, and
-# where they do not.
-_PLACED, _PLACED_CONSTANT = 5.5, 0.8
-# Eigenproblems of half the size for each of these speeds, placed modes among them.
-_ALIKE = 15.0
+# Kinds of speed laws whose forces depend on the frequency too.
+_OF_FREQUENCY = ("frequency_table", "magnetic")
+# Work of each of these speeds, and that of the estimates of errors, by how eigenproblems are solved
+# (measured: the ledgers of bench/forecast.py).
+_DIAGRAMS = {
+    "hermitian": Work(eigenproblems=1.0),
+    "damped": Work(eigenproblems=0.2, continued=0.8, factorisations=0.8),
+    "damped with laws": Work(eigenproblems=0.8, continued=2.2, factorisations=2.4),
+    "isotropic": Work(eigenproblems=0.2, continued=3.0, factorisations=0.2),
+    "damped, whole": Work(eigenproblems=1.0, factorisations=0.8),
+    "damped with laws, whole": Work(eigenproblems=1.0, factorisations=5.5),
+    "isotropic, whole": Work(eigenproblems=6.7, factorisations=22.0),
+    # critical speeds and unstable ranges come with the diagram
+    "asymmetric": Work(eigenproblems=6.5),
+    "periodic": Work(eigenproblems=1.0),
+}
+_ESTIMATES = {
+    "hermitian": Work(eigenproblems=25.0, factorisations=20.0),
+    "damped": Work(eigenproblems=36.0, continued=20.0, factorisations=56.0),
+    "damped with laws": Work(eigenproblems=36.0, continued=25.0, factorisations=55.0),
+    "isotropic": Work(eigenproblems=78.0, continued=35.0, factorisations=157.0),
+    "damped, whole": Work(eigenproblems=45.0, factorisations=50.0),
+    "damped with laws, whole": Work(eigenproblems=45.0, factorisations=50.0),
+    "isotropic, whole": Work(eigenproblems=250.0),
+}
 # Matrices of the engine that are in memory at once, by the kind of its eigenproblems: damped ones
-# have twice the size, those in the frame of a body some harmonics.
-_MATRICES = {"hermitian": 12.0, "damped": 40.0, "isotropic": 40.0, "asymmetric": 400.0}
+# have twice the size, those in the frame of a body some harmonics where supports are unlike.
+_MATRICES = {
+    "hermitian": 12.0,
+    "damped": 40.0,
+    "isotropic": 40.0,
+    "asymmetric": 40.0,
+    "periodic": 400.0,
+}
 
 
-def engine_size(plan: Plan, scene: Scene, coordinates: int) -> EngineSize:
-    """Return what the work of an engine depends on; `coordinates`: after its reduction."""
+def engine_size(
+    plan: Plan, scene: Scene, sizes: Mapping[str, int], engine: StandIn | None
+) -> EngineSize:
+    """Return what the work of an engine depends on.
+
+    `sizes`: coordinates of its bodies, reduced; `engine`: what stands in for it, if anything does.
+    """
+    coordinates = sum(sizes.values()) + simple_coordinates(plan, scene)
+    parts = (1.0,) if engine is None else engine.parts(sizes)
+    of_frequency = any(law.kind in _OF_FREQUENCY for law in _laws(scene))
     return EngineSize(
         kind=engine_kind(plan, scene),
         coordinates=coordinates,
+        parts=tuple(part * coordinates for part in parts),
+        whole=of_frequency or (engine is not None and engine.is_free),
         shafts=exciters(plan, scene),
         laws=plan.on("speed_dependent_bearings"),
         uneven=_uneven(scene),
         frequencies=_frequencies(scene),
+        speed_ratios=scene.speed_ratios(),
+        top_rad_s=float(np.max(plan.speeds_rad_s)),
+        operating=scene.operating,
         bodies=len(plan.bodies) + len(scene.rigid_bodies) + len(scene.beams) + len(scene.imported),
     )
 
@@ -53,7 +97,7 @@ def _frequencies(scene: Scene) -> int:
 def _uneven(scene: Scene) -> bool:
     """Whether a bearing is stiffer in one direction than across it, at some speed."""
     laws = _laws(scene)
-    if any(law.kind in ("frequency_table", "magnetic") for law in laws):
+    if any(law.kind in _OF_FREQUENCY for law in laws):
         return True
     stiffnesses = [
         *(bearing.stiffness_n_per_m for bearing in scene.bearings),
@@ -67,7 +111,7 @@ def _uneven(scene: Scene) -> bool:
 def engine_kind(plan: Plan, scene: Scene) -> EngineKind:
     """How its eigenproblems are solved."""
     if plan.on("asymmetry"):
-        return "asymmetric"
+        return "periodic" if _uneven(scene) else "asymmetric"
     if not (plan.on("bearing_damping") or plan.on("internal_damping")):
         return "hermitian"
     alike = plan.on("speed_dependent_bearings") and not _uneven(scene)
@@ -87,35 +131,40 @@ def stage_works(plan: Plan, size: EngineSize, estimates: bool) -> dict[str, Work
     if size.shafts == 0:  # at rest nothing is followed
         found = {"campbell": Work(undamped=looked_at), "checks": Work(checks=1.0)}
         return found | ({"error_estimate": Work(undamped=4.0 * looked_at)} if estimates else {})
-    if size.kind == "asymmetric":
-        # critical speeds and unstable ranges come with the diagram
-        return {"campbell": Work(eigenproblems=looked_at)}
-    if size.kind == "isotropic":
-        diagram = Work(eigenproblems=_ALIKE * looked_at)
-        found = {
-            "campbell": diagram,
-            "critical_speeds": size.search.times(size.shafts),
-            "checks": Work(checks=looked_at),
-        }
-        return found | (
-            {"error_estimate": Work(eigenproblems=2.0 * _ALIKE * looked_at)} if estimates else {}
-        )
-    placed = _PLACED if size.laws else _PLACED_CONSTANT if size.kind == "damped" else 0.0
-    diagram = Work(eigenproblems=looked_at, factorisations=placed * looked_at)
-    found = {"campbell": diagram, "critical_speeds": size.search.times(size.shafts)}
+    how = _how(size)
+    found = {"campbell": _DIAGRAMS[how].times(looked_at)}
+    if size.kind in ("asymmetric", "periodic"):
+        return found
     # unstable speeds are only sought where something can feed energy
-    sought = Work(eigenproblems=1.1 * looked_at) if size.laws else Work()
-    found["checks"] = sought.and_also(Work(checks=looked_at))
-    if estimates:
-        # modes and critical speeds are followed from one model to the other
-        found["error_estimate"] = Work(eigenproblems=45.0, factorisations=50.0)
-    return found
+    sought = Work(eigenproblems=looked_at) if size.laws else Work()
+    found |= {
+        "critical_speeds": size.search.times(size.shafts),
+        "checks": sought.and_also(Work(checks=looked_at)),
+    }
+    # modes and critical speeds are followed from one model to the other
+    return found | ({"error_estimate": _ESTIMATES[how]} if estimates else {})
+
+
+def _how(size: EngineSize) -> str:
+    """How modes are followed, by the keys of the work that takes."""
+    kind = "damped with laws" if size.kind == "damped" and size.laws else size.kind
+    return f"{kind}, whole" if size.whole and f"{kind}, whole" in _DIAGRAMS else kind
 
 
 def seconds_of(work: Work, size: EngineSize) -> float:
     """Processor seconds of work in an engine, on the machine that the coefficients are of."""
     counts = unit_counts(work, size)
-    return sum(count * unit_s(name, size.coordinates) for name, count in counts.items())
+    return sum(n * _unit_s(name, sizes_solved(name, size)) for name, n in counts.items())
+
+
+def sizes_solved(name: str, size: EngineSize) -> dict[int, float]:
+    """Sums over the parts of an engine of the powers of their coordinates, in hundreds.
+
+    A response is solved in the part that is loaded, about one of the parts.
+    """
+    share = len(size.parts) if name == "solve" else 1
+    sums = {p: sum((n / _COORDINATES) ** p for n in size.parts) / share for p in POWERS}
+    return {**sums, 0: 1.0}
 
 
 def unit_counts(work: Work, size: EngineSize) -> dict[str, float]:
@@ -123,19 +172,24 @@ def unit_counts(work: Work, size: EngineSize) -> dict[str, float]:
     return {
         f"eigenproblem.{size.kind}": size.frequencies * work.eigenproblems,
         "undamped": work.undamped,
+        "continued": work.continued,
         "factorisation": work.factorisations,
         "solve": work.solves,
+        "balance": work.balances,
         "step": work.steps,
         "check": work.checks,
         "result": work.results,
     }
 
 
-def unit_s(name: str, coordinates: float) -> float:
-    """Seconds of one problem of a kind, see `run_coefficients.UNITS`."""
-    n = coordinates / _COORDINATES
-    once, square, cubic = measured.UNITS[name]
-    return once + square * n**2 + cubic * n**3
+def step_s(coordinates: float) -> float:
+    """Seconds of one step of a part that is stepped by itself."""
+    return _unit_s("step", {p: (coordinates / _COORDINATES) ** p for p in POWERS})
+
+
+def _unit_s(name: str, sizes: Mapping[int, float]) -> float:
+    """Seconds of one problem of a kind; `sizes`: by their powers in `run_coefficients.UNITS`."""
+    return sum(c * sizes[p] for c, p in zip(measured.UNITS[name], POWERS, strict=True))
 
 
 def memory_gib(work: Work, size: EngineSize) -> float:

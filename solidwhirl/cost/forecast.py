@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -12,9 +13,9 @@ from solidwhirl.core.machine import available_memory_gib, resident_memory_gib
 from solidwhirl.cost.analyses import AnalysisCost, analysis_costs
 from solidwhirl.cost.around import Writing, start_s, writing
 from solidwhirl.cost.coefficients import BASE_GIB
-from solidwhirl.cost.engine import engine_size
 from solidwhirl.cost.machine import Machine, this_machine
 from solidwhirl.cost.memory import refuse_what_does_not_fit, with_chosen_solvers
+from solidwhirl.cost.stand_in import StandIn, stand_in, stepped_parts
 from solidwhirl.cost.work import RunCost, mesh_kind, predict_body_cost, predict_cost
 from solidwhirl.geometry import Body
 from solidwhirl.meshing.imported.records import AnyBody, MeshedBody, is_asymmetric
@@ -95,21 +96,36 @@ def forecast(
     machine: Machine | None = None,
 ) -> Forecast:
     """Predict the cost of a run."""
-    machine = machine or this_machine()
+    engine = stand_in(scene, plan, bodies)
+    return forecast_with(engine, scene, plan, bodies, machine or this_machine())
+
+
+def forecast_with(
+    engine: StandIn | None,
+    scene: Scene,
+    plan: Plan,
+    bodies: Mapping[str, Body | MeshedBody],
+    machine: Machine,
+) -> Forecast:
+    """Predict the cost of a run; `engine`: what stands in for the assembled one."""
     modes, estimated = _modes(scene, plan, bodies), scene.model.estimates == "on"
     plan = _solvers_chosen(scene, plan, bodies)
-    first = predict_cost(plan, scene, bodies, modes=modes, estimates=estimated, machine=machine)
+    asked: dict[str, Any] = {
+        "modes": modes,
+        "estimates": estimated,
+        "machine": machine,
+        "engine": engine,
+    }
+    first = predict_cost(plan, scene, bodies, **asked)
     finer, meshes = _finer(scene, plan, bodies)
     last = None
     if finer:
         later = replace(plan, bodies={**plan.bodies, **finer})
-        last = predict_cost(
-            later, scene, bodies, modes=modes, estimates=estimated, machine=machine, meshes=meshes
-        )
+        last = predict_cost(later, scene, bodies, meshes=meshes, **asked)
     if last is not None and last.whole.unknowns < _GROWTH * first.whole.unknowns:
         last = None
-    whole = (last or first).whole
-    size = engine_size(plan, scene, whole.coordinates)
+    whole, size = (last or first).whole, (last or first).size
+    sizes = {name: cost.coordinates for name, cost in (last or first).bodies.items()}
     return Forecast(
         first=first,
         last=last,
@@ -119,15 +135,20 @@ def forecast(
             size,
             (last or first).bodies,
             machine,
-            lambda level: _on_level(scene, bodies, level, machine),
+            stepped_parts(scene, plan, engine, sizes),
+            lambda level: _on_level(engine, scene, bodies, level, machine),
         ),
-        start_s=start_s(scene, bodies, machine),
+        start_s=start_s(scene, plan, bodies, machine),
         writing=writing(scene, plan, whole.unknowns, machine),
     )
 
 
 def _on_level(
-    scene: Scene, bodies: Mapping[str, AnyBody], level: str, machine: Machine
+    engine: StandIn | None,
+    scene: Scene,
+    bodies: Mapping[str, AnyBody],
+    level: str,
+    machine: Machine,
 ) -> AnalysisCost:
     """Cost of the engine with its bodies on another level, as `level_comparison` computes it.
 
@@ -135,7 +156,7 @@ def _on_level(
     """
     other = alone_at_level(scene, level)
     drawn = {name: body for name, body in bodies.items() if isinstance(body, Body)}
-    found = forecast(other, make_plan(other, drawn, level), bodies, machine=machine)
+    found = forecast_with(engine, other, make_plan(other, drawn, level), bodies, machine)
     around = found.start_s + found.writing.files_s + found.writing.page_s
     memory = max(found.peak_memory_gib - BASE_GIB, 0.0)
     return AnalysisCost(seconds=found.seconds - around, memory_gib=memory)

@@ -11,12 +11,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from solidwhirl.analyses.work import EngineSize
+from solidwhirl.bodies.couplings import couplings_compared
+from solidwhirl.bodies.reduction import first_discretisation
 from solidwhirl.core.errors import UserError
 from solidwhirl.cost import coefficients as measured
 from solidwhirl.cost import run_coefficients as of_runs
-from solidwhirl.cost.engine import engine_size, seconds_of, simple_coordinates, stage_works
+from solidwhirl.cost.engine import engine_size, seconds_of, stage_works
 from solidwhirl.cost.machine import REFERENCE, Machine
 from solidwhirl.cost.solver_coefficients import LARGEST, MODES, SOLVERS
+from solidwhirl.cost.stand_in import StandIn
 from solidwhirl.geometry import Body
 from solidwhirl.meshing.imported.records import MeshedBody
 from solidwhirl.meshing.own.prediction import MeshKind, PredictedMesh, predict_mesh
@@ -30,6 +34,7 @@ STAGES = (
     "import_solvers",
     "meshing",
     "assembly",
+    "contact",
     "factorisations",
     "static_solutions",
     "eigensolutions",
@@ -87,6 +92,7 @@ class RunCost:
 
     bodies: Mapping[str, Cost]
     whole: Cost
+    size: EngineSize
 
 
 def predict_body_cost(
@@ -143,11 +149,12 @@ def predict_cost(
     estimates: bool = False,
     machine: Machine = REFERENCE,
     meshes: Mapping[str, PredictedMesh] | None = None,
+    engine: StandIn | None = None,
 ) -> RunCost:
     """Predict what a scene costs, from its plan.
 
     `modes`: fixed-interface modes of each solid; `meshes`: of bodies that have another one than
-    their plan says.
+    their plan says; `engine`: what stands in for the assembled one (`solidwhirl.cost.stand_in`).
     """
     costs = {
         name: predict_body_cost(
@@ -160,15 +167,25 @@ def predict_cost(
         )
         for name, body in bodies.items()
     }
-    return RunCost(bodies=costs, whole=_whole(plan, scene, costs, machine, estimates))
+    compared = couplings_s(plan, scene, bodies, machine) if estimates else 0.0
+    size = engine_size(plan, scene, {n: c.coordinates for n, c in costs.items()}, engine)
+    whole = _whole(plan, size, costs, machine, compared, estimates)
+    return RunCost(bodies=costs, whole=whole, size=size)
 
 
 def _whole(
-    plan: Plan, scene: Scene, costs: Mapping[str, Cost], machine: Machine, estimates: bool
+    plan: Plan,
+    size: EngineSize,
+    costs: Mapping[str, Cost],
+    machine: Machine,
+    compared_s: float,
+    estimates: bool,
 ) -> Cost:
-    """Sum of the bodies, the solvers' import and what the assembled engine costs."""
-    coordinates = sum(c.coordinates for c in costs.values()) + simple_coordinates(plan, scene)
-    size, dense = engine_size(plan, scene, coordinates), machine.factor("dense")
+    """Sum of the bodies, the solvers' import and what the assembled engine costs.
+
+    `compared_s`: seconds of the couplings that estimates compare.
+    """
+    dense = machine.factor("dense")
     solids = any(plan.bodies[name].level != "beam" for name in costs)
     seconds = {"import_solvers": machine.factor("start") * of_runs.SOLVERS_S if solids else 0.0}
     for cost in costs.values():
@@ -177,11 +194,11 @@ def _whole(
     for stage, work in stage_works(plan, size, estimates).items():
         seconds[stage] = seconds.get(stage, 0.0) + dense * seconds_of(work, size)
     if estimates:
-        compared = _compared_s(plan, seconds["campbell"], machine)
-        seconds["error_estimate"] = seconds.get("error_estimate", 0.0) + compared
+        compared_s += _beams_compared_s(plan, seconds["campbell"], machine)
+        seconds["error_estimate"] = seconds.get("error_estimate", 0.0) + compared_s
     return Cost(
         unknowns=sum(c.unknowns for c in costs.values()),
-        coordinates=coordinates,
+        coordinates=size.coordinates,
         seconds={stage: seconds[stage] for stage in STAGES if stage in seconds},
         # bodies are reduced one after another
         peak_memory_gib=max([measured.BASE_GIB, *(c.peak_memory_gib for c in costs.values())]),
@@ -189,13 +206,34 @@ def _whole(
     )
 
 
-def _compared_s(plan: Plan, diagram_s: float, machine: Machine) -> float:
-    """Seconds of the other models that estimates compare with; `diagram_s`: of one diagram."""
-    beams = any(own.level == "beam" for own in plan.bodies.values())
-    spent = machine.factor("dense") * _BEAM_VARIANTS_S + _VARIANTS * diagram_s if beams else 0.0
-    if plan.on("coupling_comparison"):
-        spent += machine.factor("meridian") * of_runs.COMPARED_S * len(plan.bodies)
-    return spent
+def _beams_compared_s(plan: Plan, diagram_s: float, machine: Machine) -> float:
+    """Seconds of the beams that estimates compare with; `diagram_s`: of one diagram."""
+    if all(own.level != "beam" for own in plan.bodies.values()):
+        return 0.0
+    return machine.factor("dense") * _BEAM_VARIANTS_S + _VARIANTS * diagram_s
+
+
+def couplings_s(
+    plan: Plan, scene: Scene, bodies: Mapping[str, Body | MeshedBody], machine: Machine
+) -> float:
+    """Seconds of the bodies that are reduced coarsely with either coupling of their interfaces."""
+    if not plan.on("coupling_comparison"):
+        return 0.0
+    meshed = {n: b for n, b in bodies.items() if plan.bodies[n].level != "beam"}
+    drawn = {n: b for n, b in meshed.items() if isinstance(b, Body)}
+    pair = couplings_compared(scene, drawn)
+    if pair is None:
+        return 0.0
+    costs = (
+        predict_body_cost(
+            body,
+            pair.plan.bodies[name],
+            modes=first_discretisation(pair.scene, pair.plan, name).modes,
+            machine=machine,
+        )
+        for name, body in pair.as_is.items()
+    )
+    return 2.0 * of_runs.COMPARED * sum(cost.total_s for cost in costs)
 
 
 def resolution_of(plan: BodyPlan) -> Resolution:
@@ -278,9 +316,22 @@ def _problem_s(
         "eigensolutions": eigen * modes_s,
         "projection": _law(f"{key}.projection", unknowns, problem.columns),
     }
+    if mesh.pressed_edges:
+        out["contact"] = _contact_s(key, resolution_of(plan).degree, mesh)
     if estimates:
         out["error_estimate"] = _estimate_s(kind, plan, mesh, problem)
     return out
+
+
+def _contact_s(key: str, degree: int, mesh: PredictedMesh) -> float:
+    """Seconds of the contact of pressed faces, which every order settles for itself.
+
+    One factorisation without their springs, and a solution for every Gauss point of their edges:
+    many, so that each takes as long as the next.
+    """
+    unknowns, points = mesh.unknowns(degree), (degree + 1) * mesh.pressed_edges
+    once = _law(f"{key}.assembly", unknowns) + _law(f"{key}.factorisation", unknowns)
+    return once + (points + 1) / _COLUMNS * _law(f"{key}.static_solutions", unknowns)
 
 
 def _estimate_s(kind: MeshKind, plan: BodyPlan, mesh: PredictedMesh, problem: _Problem) -> float:
@@ -361,7 +412,8 @@ def _memory_gib(
             own, copies = max(own, finer), max(copies, more)
     else:
         own, copies = law(f"{kind}.{degree}.{'estimate' if estimated else 'reduction'}")
-    return float(own + copies * 8.0 * unknowns * problem.columns / 1024.0**3)
+    out = float(own + copies * 8.0 * unknowns * problem.columns / 1024.0**3)
+    return of_runs.ASYMMETRIC_MEMORY * out if plan.shape == "asymmetric" else out
 
 
 def _beam_cost(body: Body, plan: BodyPlan, modes: int) -> Cost:

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from solidwhirl.analyses.responses.unbalance_response import UnbalanceResponseSpec
+from solidwhirl.bodies.couplings import couplings_compared
 from solidwhirl.bodies.reduction import (
     BodyResult,
     Discretisation,
@@ -19,19 +19,14 @@ from solidwhirl.bodies.reduction import (
     mesh_body,
     reduce_meshed,
 )
-from solidwhirl.geometry import Body, GeometryError, Interface
+from solidwhirl.geometry import Body, GeometryError
 from solidwhirl.meshing import MeshingError
 from solidwhirl.meshing.imported.records import MeshedBody
-from solidwhirl.model.at_level import at_level
-from solidwhirl.model.effects import make_plan
 from solidwhirl.model.mesh_bodies import described, made_mesh
 from solidwhirl.model.plan_records import BodyPlan, Plan
 from solidwhirl.rotordyn import AssembledSystem, Superelement
 from solidwhirl.scene.records import Scene
-from solidwhirl.scene_checks.interface_motions import places_of_joints
 
-# Accuracy of the pair of models that tell what the coupling of the interfaces does.
-_COARSE = 1e-2
 # Elements of the coarser mesh of a STEP file over those of the own, and the slowest rate at which
 # errors of frequencies fall with them: re-entrant edges, and rings of few elements.
 _COARSER, _RATE = 1.5, 0.8
@@ -81,52 +76,22 @@ def coupling_comparison(scene: Scene, bodies: Mapping[str, Body]) -> tuple[Other
     slots; empty where no joint acts on a meshed body, or the other coupling can not be had
     (surfaces that touch).
     """
-    joints, looked_at = places_of_joints(scene), places_looked_at(scene)
-    as_is, flipped = {}, {}
-    for name, body in bodies.items():
-        # interfaces that nothing acts on add no stiffness, but cost time
-        used = tuple(i for i in body.interfaces if f"{name}.{i.name}" in joints)
-        seen = tuple(i for i in body.interfaces if f"{name}.{i.name}" in looked_at)
-        kept = tuple(i for i in body.interfaces if i in (*used, *seen) or i.coupling == "rigid")
-        if used:
-            other = tuple(_flipped(i) if i in used else i for i in kept)
-            as_is[name] = replace(body, features=(), interfaces=kept)
-            flipped[name] = replace(as_is[name], interfaces=other)
-    if not flipped:
+    pair = couplings_compared(scene, bodies)
+    if pair is None:
         return ()
-    coarse = at_level(scene, "harmonic", _COARSE)
     from solidwhirl.reduction import ReductionError
 
-    plan = make_plan(coarse, as_is)
     first, second = {}, {}
-    for name, body in flipped.items():
-        chosen = first_discretisation(coarse, plan, name)
+    for name, body in pair.flipped.items():
+        chosen = first_discretisation(pair.scene, pair.plan, name)
         try:
-            second[name] = _unestimated(coarse, plan, body, chosen)
-            first[name] = _unestimated(coarse, plan, as_is[name], chosen)
+            second[name] = _unestimated(pair.scene, pair.plan, body, chosen)
+            first[name] = _unestimated(pair.scene, pair.plan, pair.as_is[name], chosen)
         except (ReductionError, GeometryError, MeshingError):
             second.pop(name, None)  # the other coupling is impossible there: nothing to compare
     if not second:
         return ()
     return (OtherBodies(part="interface_coupling", first=first, second=second),)
-
-
-def places_looked_at(scene: Scene) -> frozenset[str]:
-    """Return the places of unbalance responses, whose peaks are compared, and of sensors."""
-    found = {bearing.sensor for bearing in scene.bearings if bearing.sensor is not None}
-    for spec in scene.analyses:
-        if isinstance(spec, UnbalanceResponseSpec):
-            found |= {u.at for u in spec.unbalances} | set(spec.observe)
-    return frozenset(found)
-
-
-def _flipped(interface: Interface) -> Interface:
-    """The interface with the other coupling; as it is where its kind has but one."""
-    rigid = interface.coupling == "rigid"
-    try:
-        return replace(interface, coupling="distributing" if rigid else "rigid")
-    except GeometryError:
-        return interface
 
 
 def _unestimated(scene: Scene, plan: Plan, body: Body, chosen: Discretisation) -> Superelement:

@@ -11,6 +11,7 @@ from solidwhirl.analyses import base as analyses
 from solidwhirl.analyses.kinds.level_comparison import LevelResults
 from solidwhirl.analyses.stability_summary import Stability, intervals_up_to, stability_of
 from solidwhirl.beams.scene_bodies import BeamBodies
+from solidwhirl.bodies.couplings import places_looked_at
 from solidwhirl.bodies.reduction import BodyResult, request_of
 from solidwhirl.core.outcome import Outcome
 from solidwhirl.core.stages import Stage, StageName
@@ -19,7 +20,6 @@ from solidwhirl.estimates.comparators import (
     OtherBodies,
     beam_comparison,
     coupling_comparison,
-    places_looked_at,
     step_comparisons,
 )
 from solidwhirl.estimates.peaks import with_peak_estimates

@@ -10,6 +10,7 @@ import pytest
 from shapes import STEEL, interface, section
 from shapes import body as body_of
 
+from solidwhirl.geometry import Joint
 from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_revolved
 from solidwhirl.meshing.own.prediction import PredictedMesh, predict_mesh
 
@@ -83,6 +84,24 @@ def test_meridian_within_a_factor_of_one_and_a_half(reference_rotor, name, sizes
     for degree in (2, 3, 4):
         ratio = predict_mesh(body, size, "harmonic").unknowns(degree) / made.unknowns(degree)
         assert 1.0 / 1.5 < ratio < 1.5, degree
+
+
+@pytest.mark.parametrize("size_m", [0.02, 4e-3])
+def test_edges_of_pressed_faces(size_m):
+    """Those of the joints that may lift, and no others."""
+    parts = (
+        section("shaft", 0.0, 0.4, 0.0, 0.03),
+        section("hub", 0.1, 0.2, 0.03, 0.06),
+        section("ring", 0.25, 0.3, 0.03, 0.05),
+    )
+    joints = (
+        Joint(between=("shaft", "hub"), interference_m=4e-5),
+        Joint(between=("shaft", "ring"), stiffness_n_per_m3=(1e12, 1e12)),
+    )
+    body = replace(body_of(*parts), joints=joints)
+    size = MeshSize(size_m=size_m, corner_size_m=0.5 * size_m)
+    made = len(mesh_meridian(body, size).seats[0])
+    assert 1.0 / 1.5 < predict_mesh(body, size, "harmonic").pressed_edges / made < 1.5
 
 
 @pytest.mark.parametrize(

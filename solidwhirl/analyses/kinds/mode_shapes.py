@@ -49,7 +49,7 @@ class ModeShapesSpec(base.Analysis):
     def work(self, size: EngineSize) -> Work:
         """How much it has to solve."""
         speeds = len(self.speeds_rpm)
-        return Work(eigenproblems=6.0 * speeds, results=20.0 * speeds)
+        return Work(eigenproblems=4.0 * speeds, results=20.0 * speeds)
 
     def run(self, engine: base.Engine) -> Outcome:
         """Shapes of the lowest modes at some speeds, numbered as in the diagram."""

@@ -49,7 +49,7 @@ class RotatingCampbellSpec(Analysis):
 
     def work(self, size: EngineSize) -> Work:
         """Modes of the diagram again, for their motion in each body's frame."""
-        return Work(eigenproblems=100.0 * len(self.bodies))
+        return Work(eigenproblems=25.0 * len(self.bodies))
 
     def run(self, engine: Engine) -> Outcome:
         """The Campbell diagram as bodies see it (Appendix B of Müller and Hennings)."""

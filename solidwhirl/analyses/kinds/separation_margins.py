@@ -22,8 +22,9 @@ from solidwhirl.core.blocks import (
 from solidwhirl.core.fields import MOST
 from solidwhirl.core.outcome import Outcome
 from solidwhirl.core.plain_data import Labels
-from solidwhirl.rotordyn import CriticalSpeed, critical_speeds
+from solidwhirl.rotordyn import critical_speeds
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
+from solidwhirl.rotordyn.critical_speeds.search import is_searched
 from solidwhirl.rotordyn.modes.whirl import moves_laterally, unbalance_excitation
 from solidwhirl.rotordyn.plots import chart as charts
 from solidwhirl.rotordyn.response.separation_margins import (
@@ -81,8 +82,22 @@ class SeparationMarginsSpec(base.Analysis):
             )
 
     def work(self, size: EngineSize) -> Work:
-        """How much it has to solve."""
-        return size.search.times(max(1, len(self.operating)))
+        """Searches beyond what is searched already."""
+        reached = {abs(ratio): size.top_rad_s for ratio in size.speed_ratios.values()}
+        ranges, searches = self.operating or size.operating, 0
+        for entry in ranges:
+            ratio, limit = self._search(entry, size.speed_ratios)
+            if not is_searched(limit, reached[ratio]):
+                reached[ratio] = limit
+                searches += 1
+        return size.search.times(searches).and_also(Work(results=float(len(ranges))))
+
+    def _search(
+        self, entry: base.OperatingSpec, speed_ratios: Mapping[str, float]
+    ) -> tuple[float, float]:
+        """Ratio of the excitation by a shaft, and the speed up to which it is looked at [rad/s]."""
+        ratio = abs(speed_ratios[entry.shaft])
+        return ratio, self.search_factor * entry.to_rpm * RAD_S_PER_RPM / ratio
 
     def run(self, engine: base.Engine) -> Outcome:
         """Margins of every shaft's critical speeds from its operating range, and the verdict."""
@@ -90,7 +105,12 @@ class SeparationMarginsSpec(base.Analysis):
         damped: list[dict[str, Any]] = []
         ranges = self.operating or engine.operating_entries
         for entry in ranges:
-            critical = _critical_speeds_of(entry, self.search_factor, engine)
+            ratio, limit = self._search(entry, engine.speed_ratios)
+            critical = [
+                c
+                for c in critical_speeds(engine.system, ratio, limit)
+                if moves_laterally(engine.system, c.shape)  # what the shaft may excite
+            ]
             counts = [c.counts(engine.damping_rule) for c in critical]
             damped += [
                 {
@@ -172,16 +192,6 @@ class SeparationMarginsSpec(base.Analysis):
             if all(m["required_api_617"] is not None for m in own):
                 left = [abs(m["margin"]) - m["required_api_617"] for m in own]
                 yield f"{shaft}.smallest_excess_api_617", base.smallest_of(left)
-
-
-def _critical_speeds_of(
-    entry: base.OperatingSpec, search_factor: float, engine: base.Engine
-) -> list[CriticalSpeed]:
-    """Critical speeds of lateral motion that a shaft may excite up to a multiple of its speed."""
-    ratio = abs(engine.speed_ratios[entry.shaft])
-    limit = search_factor * entry.to_rpm * RAD_S_PER_RPM / ratio
-    found = critical_speeds(engine.system, excitation_ratio=ratio, speed_max_rad_s=limit)
-    return [c for c in found if moves_laterally(engine.system, c.shape)]
 
 
 def _margin_document(margin: SeparationMargin, method: MarginMethod) -> dict[str, Any]:

@@ -48,7 +48,7 @@ class StabilitySpec(base.Sweep):
 
     def work(self, size: EngineSize) -> Work:
         """How much it has to solve."""
-        each = {"hermitian": 1.0, "isotropic": 4.0}.get(size.kind, 1.7)
+        each = 1.0 if size.kind == "hermitian" else 2.8 if size.whole else 1.4
         return Work(eigenproblems=each * self.count, checks=_CHECKED if size.laws else 0.0)
 
     def run(self, engine: base.Engine) -> Outcome:

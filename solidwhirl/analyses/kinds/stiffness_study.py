@@ -33,6 +33,8 @@ from solidwhirl.rotordyn.response.unbalance import frequency_ratio
 
 # Frequencies of a stiffness study around the operating speed.
 _FEWEST_IN_BAND = 5
+# Responses that are solved for the peaks at each stiffness.
+_PEAKS = 100.0
 
 
 class StiffnessStudySpec(base.Stiffnesses):
@@ -82,7 +84,11 @@ class StiffnessStudySpec(base.Stiffnesses):
     def work(self, size: EngineSize) -> Work:
         """How much it has to solve."""
         solved = self.stiffness_count * self.frequency_count
-        return Work(solves=float(solved), values=2.0 * solved)
+        each = Work(eigenproblems=2.0, solves=_PEAKS)
+        # the map itself is a sum over the modes of each stiffness
+        return each.times(self.stiffness_count).and_also(
+            Work(solves=0.5 * solved, values=2.0 * solved)
+        )
 
     def run(self, engine: base.Engine) -> Outcome:
         """Response over excitation frequency and support stiffness, and the stiffness to choose."""

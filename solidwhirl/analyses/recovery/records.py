@@ -84,6 +84,11 @@ class RecoveryStateSpec(Record):
         return next((key for key in _SOURCES if getattr(self, key) is not None), SPIN)
 
     @property
+    def instants(self) -> int:
+        """How many there are: those of a run-up each have their own."""
+        return len(self.time_s or (0.0,))
+
+    @property
     def is_spin(self) -> bool:
         """Whether nothing moves but the spin."""
         return self.source == SPIN

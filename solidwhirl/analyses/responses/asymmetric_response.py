@@ -43,7 +43,7 @@ _SEEN = 1e-6
 # And of the headline.
 _TOLD = 1e-2
 # Systems of equations of harmonics of the turn that are coupled, in those of one.
-_COUPLED = 150.0
+_COUPLED = 600.0
 
 
 class BowSpec(Record):

@@ -152,8 +152,9 @@ class NonlinearResponseSpec(base.Analysis):
         if size.uneven or self.gravity_m_per_s2 is not None:
             gap = any(joint.kind == "clearance" for joint in self.nonlinear)
             harmonics, motions = _WITH_GAP if gap else _HARMONICS, _ORBITS
-        solves = branches * _BALANCES * (harmonics + 1)
-        return Work(solves=solves, results=_MULTIPLIERS * motions, values=5.0 * solves)
+        balances = branches * _BALANCES * (harmonics + 1)
+        results = _MULTIPLIERS * motions
+        return Work(balances=balances, results=results, values=5.0 * balances)
 
     def run(self, engine: base.Engine) -> Outcome:
         """Branches of steady motion over the speed, with their stability and jumps."""

@@ -60,7 +60,14 @@ class PlaceMapSpec(base.Frequencies):
     def work(self, size: EngineSize) -> Work:
         """How much it has to solve."""
         solved = len(self.places) * self.frequency_count
-        return Work(solves=float(solved), results=len(self.places), values=2.0 * solved)
+        # every place has peaks of its own
+        return Work(
+            eigenproblems=15.0,
+            factorisations=30.0,
+            solves=1.7 * solved,
+            results=len(self.places),
+            values=2.0 * solved,
+        )
 
     def run(self, engine: base.Engine) -> Outcome:
         """Response over the place of an unbalance and its frequency."""

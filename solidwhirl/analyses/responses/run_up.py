@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
@@ -21,10 +21,12 @@ from solidwhirl.core.outcome import Outcome, PageSection
 from solidwhirl.core.plain_data import Labels
 from solidwhirl.rotordyn import AssembledSystem
 from solidwhirl.rotordyn.asymmetric import growth_end, run_up_rotating
+from solidwhirl.rotordyn.core.arrays import IntArray
 from solidwhirl.rotordyn.core.atomic import replacing
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
 from solidwhirl.rotordyn.plots import run_up as plots
 from solidwhirl.rotordyn.plots.chart import Axis, Bars, Chart, Look, series_look
+from solidwhirl.rotordyn.response.unbalance import Unbalance
 from solidwhirl.rotordyn.response.unbalance_peaks import ResonancePeak, resonance_peaks
 from solidwhirl.rotordyn.run_up.complexity import (
     ComplexityComparison,
@@ -37,10 +39,10 @@ from solidwhirl.rotordyn.run_up.force_spectrum import (
     spectrogram,
     spectrum_peaks,
 )
-from solidwhirl.rotordyn.run_up.integration import run_up
+from solidwhirl.rotordyn.run_up.integration import RunSettings, parts_to_run, run_up
 from solidwhirl.rotordyn.run_up.record import Divergence, EnergyBalance, RunUp
 from solidwhirl.rotordyn.run_up.response import NormalisedResponse, normalised_response
-from solidwhirl.rotordyn.run_up.speed_profile import ramp_and_hold
+from solidwhirl.rotordyn.run_up.speed_profile import SpeedProfile, ramp_and_hold
 from solidwhirl.rotordyn.superelement.invariants import Invariant, compared
 
 # Forces left over at an instant, over the largest there, and energy over a run.
@@ -58,7 +60,7 @@ _PROMINENT = 1.5
 _LOWEST_HZ = 1.0
 _MOST_STEPS = 5e7
 # Time of a step in the frame of a body beside one in fixed axes, where parts are stepped apart.
-_TOGETHER = 5.0
+_TOGETHER = 15.0
 # Models whose curves can be told apart beside the full one.
 _MOST_MODELS = 6
 # Numbers of steps must be whole to this.
@@ -154,28 +156,71 @@ class RunUpSpec(Analysis):
         return self
 
     def work(self, size: EngineSize) -> Work:
-        """Steps of the engine and of each model with fewer flexible bodies."""
-        lasts = self.ramp_s + self.hold_s
+        """Records and spectra of each model; what is stepped is of its parts (`parts_of`)."""
         models = 1 + len(self.compare_flexible)
-        held = lasts * self.record_hz * (3 * len(self.observe) + 10.0)
-        steps = models * lasts * self.sampling_hz
-        if size.kind == "asymmetric":  # nothing is stepped apart in the frame of a body
-            steps *= _TOGETHER
+        held = self.steps / self.sampling_hz * self.record_hz * (3 * len(self.observe) + 10.0)
+        steps = _TOGETHER * self.steps if size.kind in ("asymmetric", "periodic") else 0.0
         return Work(steps=steps, results=100.0 * models, values=held)
 
-    def run(self, engine: Engine) -> Outcome:
-        """Run-up with the force through the mount, its spectrum, and models of less complexity."""
-        profile = ramp_and_hold(self.to_rpm * RAD_S_PER_RPM, self.ramp_s, self.hold_s)
-        unbalances = [unbalance_of(u) for u in self.unbalances]
+    @property
+    def steps(self) -> float:
+        """Steps of time."""
+        return (self.ramp_s + self.hold_s) * self.sampling_hz
+
+    def parts_of(
+        self, system: AssembledSystem, known: dict[Hashable, RunSettings]
+    ) -> Iterator[tuple[AssembledSystem, IntArray]]:
+        """Yield the parts that are stepped, each with its model and the coordinates that move.
+
+        `known`: parts of run-ups of this engine that came before; see `parts_to_run`.
+        """
+        profile, unbalances, step = self._profile, self._unbalances, self._step
+        for at in parts_to_run(system, profile, unbalances, known=known, **step, **self._beside):
+            yield system, at
+        for model in self._models(system).values():
+            compared = {**step, "bearings": [self.mount]}
+            for at in parts_to_run(model, profile, unbalances, known=known, **compared):
+                yield model, at
+
+    @property
+    def _profile(self) -> SpeedProfile:
+        return ramp_and_hold(self.to_rpm * RAD_S_PER_RPM, self.ramp_s, self.hold_s)
+
+    @property
+    def _unbalances(self) -> list[Unbalance]:
+        return [unbalance_of(u) for u in self.unbalances]
+
+    @property
+    def _step(self) -> dict[str, Any]:
+        """How every model is stepped."""
         every = max(1, round(self.sampling_hz / self.record_hz))
-        settings: dict[str, Any] = {
-            "step_s": 1.0 / self.sampling_hz,
-            "record_every": every,
+        return {"step_s": 1.0 / self.sampling_hz, "record_every": every}
+
+    @property
+    def _beside(self) -> dict[str, Any]:
+        """What is recorded of the engine, and what acts on it beside the unbalance."""
+        return {
             "outputs": [end_of(place) for place in self.observe],
             "bearings": [self.mount],
             "gravity_m_per_s2": self.gravity_m_per_s2,
             "drives": [end_of(place) for place in self.drives],
         }
+
+    def _models(self, system: AssembledSystem) -> dict[str, AssembledSystem]:
+        """Models in which only some bodies keep their flexibility, the full one first."""
+        if not self.compare_flexible:
+            return {}
+        turning = [name for name, rotor in system.system.rotors.items() if rotor.speed_ratio != 0]
+        variants = {"all modes": system}
+        for kept in self.compare_flexible:
+            name = "modes of " + " and ".join(kept) if kept else "no modes"
+            variants[name] = rigid_bodies_system(system, [b for b in turning if b not in kept])
+        return variants
+
+    def run(self, engine: Engine) -> Outcome:
+        """Run-up with the force through the mount, its spectrum, and models of less complexity."""
+        profile, unbalances = self._profile, self._unbalances
+        settings = {**self._step, **self._beside}
         if engine.rotating is None:
             run = run_up(engine.system, profile, unbalances, known=engine.run_ups, **settings)
         else:
@@ -198,7 +243,15 @@ class RunUpSpec(Analysis):
             document["normalised_response"] = _response_document(responses["all modes"])
         if self.compare_flexible:
             # models are compared without what acts beside the unbalance
-            compared = _compare(self, engine)
+            compared = compare_complexity(
+                self._models(engine.system),
+                profile,
+                unbalances,
+                bearing=self.mount,
+                bands_hz=self.bands_hz,
+                known=engine.run_ups,
+                **self._step,
+            )
             document["complexity"] = _complexity_document(compared)
             responses |= dict(zip(compared.names, compared.responses, strict=True))
         return Outcome(
@@ -409,26 +462,6 @@ def _response_document(response: NormalisedResponse) -> dict[str, Any]:
             for p in peaks
         ],
     }
-
-
-def _compare(spec: RunUpSpec, engine: Engine) -> ComplexityComparison:
-    """Run models in which only some bodies keep their flexibility."""
-    system = engine.system
-    turning = [name for name, rotor in system.system.rotors.items() if rotor.speed_ratio != 0]
-    variants: dict[str, AssembledSystem] = {"all modes": system}
-    for kept in spec.compare_flexible:
-        name = "modes of " + " and ".join(kept) if kept else "no modes"
-        variants[name] = rigid_bodies_system(system, [b for b in turning if b not in kept])
-    return compare_complexity(
-        variants,
-        ramp_and_hold(spec.to_rpm * RAD_S_PER_RPM, spec.ramp_s, spec.hold_s),
-        [unbalance_of(u) for u in spec.unbalances],
-        bearing=spec.mount,
-        step_s=1.0 / spec.sampling_hz,
-        bands_hz=spec.bands_hz,
-        record_every=max(1, round(spec.sampling_hz / spec.record_hz)),
-        known=engine.run_ups,
-    )
 
 
 def _complexity_document(compared: ComplexityComparison) -> dict[str, Any]:

@@ -41,6 +41,8 @@ if TYPE_CHECKING:
 
 # Speeds at which it is checked by other means, where bearings follow the speed.
 _CHECKED = 100.0
+# Frequencies at which the response is solved for its peaks, beside those asked for.
+_RESOLVED = 2500.0
 # Speeds whose orbits can be chosen.
 _MOST_ORBITS = 12
 
@@ -79,12 +81,15 @@ class UnbalanceResponseSpec(base.Sweep):
 
     def work(self, size: EngineSize) -> Work:
         """How much it has to solve."""
-        solved = size.shafts * self.count
+        solved = size.shafts * (self.count + _RESOLVED)
         peaks = Work(eigenproblems=20.0, factorisations=12.0)
-        if size.kind == "isotropic":
-            peaks = Work(eigenproblems=300.0, checks=_CHECKED)
+        if size.kind == "isotropic" and size.whole:
+            peaks = Work(eigenproblems=200.0, factorisations=120.0, checks=_CHECKED)
+        elif size.kind == "isotropic":
+            peaks = Work(eigenproblems=90.0, continued=280.0, factorisations=200.0, checks=_CHECKED)
         elif size.laws:
-            peaks = Work(eigenproblems=0.85 * self.count, factorisations=3.0 * self.count)
+            each = Work(eigenproblems=0.9, continued=0.6, factorisations=1.65)
+            peaks = each.times(self.count).and_also(Work(checks=_CHECKED))
         elif size.kind == "hermitian":
             peaks = Work()
         values = 12.0 * size.bodies * solved

@@ -53,8 +53,10 @@ class WaterfallSpec(base.Frequencies):
     def work(self, size: EngineSize) -> Work:
         """How much it has to solve."""
         solved = float(self.speed_count * self.frequency_count)
-        modes = 0 if size.kind == "asymmetric" else self.speed_count
-        return Work(solves=solved, eigenproblems=modes, values=6.0 * solved)
+        if size.kind in ("asymmetric", "periodic"):  # with the neighbours of each frequency
+            return Work(solves=3.0 * solved, eigenproblems=self.speed_count, values=6.0 * solved)
+        modes = 5.0 * self.speed_count
+        return Work(solves=0.3 * solved, eigenproblems=modes, values=6.0 * solved)
 
     def run(self, engine: base.Engine) -> Outcome:
         """Response to harmonic ground motion over frequency and speed."""

@@ -11,7 +11,7 @@ import pytest
 from solidwhirl.analyses.base import Found
 from solidwhirl.analyses.kinds.level_comparison import LevelComparisonSpec, LevelResults
 from solidwhirl.core.blocks import Table
-from solidwhirl.estimates.comparators import at_level
+from solidwhirl.model.at_level import at_level
 from solidwhirl.pipeline.run import run_scene
 from solidwhirl.rotordyn.plots.chart import Chart
 from solidwhirl.scene_reading.reader import parse_scene

@@ -14,7 +14,7 @@ from solidwhirl.bodies.reduction import first_discretisation
 from solidwhirl.bodies.refinement import Round, rounds_of
 from solidwhirl.build import bearing, body, cylinder, scene
 from solidwhirl.cost import forecast as forecasts
-from solidwhirl.cost.engine import engine_size, seconds_of, stage_works
+from solidwhirl.cost.engine import seconds_of, stage_works
 from solidwhirl.cost.forecast import forecast, refuse_too_large, shortage_of
 from solidwhirl.cost.work import predict_cost
 from solidwhirl.model.bodies import build_bodies
@@ -181,8 +181,7 @@ def test_diagrams_of_other_models_are_forecast(level, others):
     ]
     spent, drawn = [], []
     for one in found:
-        size = engine_size(plan, asked, one.whole.coordinates)
-        followed = seconds_of(stage_works(plan, size, True)["error_estimate"], size)
+        followed = seconds_of(stage_works(plan, one.size, True)["error_estimate"], one.size)
         own = one.bodies["shaft"].seconds.get("error_estimate", 0.0)
         spent.append(one.whole.seconds["error_estimate"] - own - followed)
         drawn.append(one.whole.seconds["campbell"])

@@ -18,6 +18,7 @@ from solidwhirl.cost.effects import effect_costs
 from solidwhirl.cost.forecast import forecast
 from solidwhirl.cost.machine import GROUPS, REFERENCE, this_machine, uniform
 from solidwhirl.cost.memory import MemoryShortageError, refuse_what_does_not_fit
+from solidwhirl.cost.stand_in import stand_in, stepped_parts
 from solidwhirl.cost.tables import cost_rows, forecast_document, forecast_rows
 from solidwhirl.cost.work import STAGES, predict_body_cost, predict_cost
 from solidwhirl.meshing import mesh_meridian
@@ -226,7 +227,7 @@ def test_all_of_a_run_is_in_the_forecast(planned, small_scene):
     """Twice the steps, twice the time; the total has all rows of the table."""
     found = []
     for factor in (1, 2):
-        analyses = [{**STABILITY, "count": 41 * factor}, {**RUN_UP, "ramp_s": 2.0 * factor}]
+        analyses = [{**STABILITY, "count": 41 * factor}, {**RUN_UP, "ramp_s": 50.0 * factor}]
         scene, bodies, plan = planned(small_scene() | {"analyses": analyses}, level="harmonic")
         found.append(forecast(scene, plan, bodies, machine=REFERENCE))
     for name in ("stability", "run_up"):
@@ -259,6 +260,72 @@ def test_a_comparison_of_levels_costs_a_run_on_the_other_one(planned, small_scen
     cost = found.analyses["level_comparison"]
     assert cost.seconds == pytest.approx(other.seconds - around, rel=0.1)
     assert cost.memory_gib > 0.0
+
+
+def two_shafts(analyses):
+    """Two shafts of beams in a casing that is held: none is moved by the other."""
+    shaft = {
+        "material": "steel", "stations_m": [0.0, 0.3, 0.6], "outer_radius_m": [0.02, 0.02],
+        "interfaces": {"left": 0.0, "right": 0.6},
+    }  # fmt: skip
+    law = {"kind": "table", "speed_rpm": [0, 9000], "stiffness_n_per_m": [1e7, 2e7],
+           "damping_n_s_per_m": [1e3, 1e3]}  # fmt: skip
+    bearings = [
+        {"name": f"{body}_{end}", "first": f"{body}.{end}", "second": f"casing.{body}_{end}",
+         "speed_law": "film"}
+        for body in ("inner", "outer") for end in ("left", "right")
+    ]  # fmt: skip
+    ground = {"name": "foot", "first": "casing.foot", "rigid": ["ux", "uy", "rx", "ry"]}
+    places = {f"{b}_{e}": z for b in ("inner", "outer") for e, z in (("left", 0.0), ("right", 0.6))}
+    casing = {
+        "speed_ratio": 0.0, "mass_kg": 50.0, "center_of_gravity_m": [0.0, 0.0, 0.3],
+        "inertia_kg_m2": [3.0, 3.0, 1.0], "interfaces": {**places, "foot": 0.3},
+    }  # fmt: skip
+    return parse_scene(
+        {
+            "name": "two_shafts",
+            "speeds": {"to_rpm": 9000, "count": 5},
+            "beams": {"inner": shaft, "outer": {**shaft, "speed_ratio": 1.5}},
+            "rigid_bodies": {"casing": casing},
+            "bearings": [*bearings, ground],
+            "speed_laws": {"film": law},
+            "analyses": analyses,
+        }
+    )
+
+
+def test_an_engine_is_forecast_as_it_is_solved():
+    """Parts that nothing couples; run-ups that are the same once; speeds that are searched."""
+    run_up = {**RUN_UP, "mount": "foot", "unbalances": [{"at": "inner.left", "moment_kg_m": 1e-6}]}
+    margins = {"kind": "separation_margins", "operating": [
+        {"shaft": "inner", "from_rpm": 5000, "to_rpm": 6000}], "search_factor": 1.3}  # fmt: skip
+    beyond = {**margins, "name": "beyond", "search_factor": 2.0}
+    again = {**run_up, "name": "again", "compare_flexible": [[]], "bands_hz": [[5.0, 50.0]]}
+    scene = two_shafts([run_up, again, margins, beyond])
+    plan = make_plan(scene, {})
+    found = forecast(scene, plan, {}, machine=REFERENCE)
+    size = found.first.size
+    assert len(size.parts) == 2 and sum(size.parts) == size.coordinates and not size.whole
+    stepped = stepped_parts(scene, plan, stand_in(scene, plan, {}), {})
+    ((first,), (rigid,)) = stepped["run_up"], stepped["again"]
+    assert first.coordinates == 12.0 and rigid.coordinates == 4.0
+    spent = {name: cost.seconds for name, cost in found.analyses.items()}
+    assert spent["separation_margins"] < 0.2 * spent["beyond"]
+
+
+def test_what_rigid_bodies_can_not_be_is_forecast_as_a_whole(planned, small_scene):
+    """A body that is held at both ends in all its motions."""
+    data = small_scene() | {"analyses": [{**RUN_UP, "mount": "left"}]}
+    held = {"rigid": ["ux", "uy", "uz", "rx", "ry", "rz"]}
+    data["bearings"] = [
+        {"name": name, "first": spec["first"], **(held if k else {"damping_n_s_per_m": 1e3})}
+        for k, (name, spec) in enumerate(zip(["left", "held"], data["bearings"], strict=True))
+    ]
+    data["bearings"][0]["stiffness_n_per_m"] = 1e7
+    scene, bodies, plan = planned(data, level="harmonic")
+    found = forecast(scene, plan, bodies, machine=REFERENCE)
+    assert found.first.size.parts == (float(found.first.size.coordinates),)
+    assert found.analyses["run_up"].seconds > 0.0
 
 
 def test_effects_cost_what_forecasts_without_them_save(planned, small_scene):

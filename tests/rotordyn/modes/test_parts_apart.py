@@ -137,6 +137,19 @@ def test_models_share_the_run_ups_of_what_is_the_same_in_them(monkeypatch):
     )
     shared = complexity.compare_complexity(variants, profile, UNBALANCES, **settings)
     assert len(runs) == 4
+    # the forecast asks the run-up itself, without a step
+    foreseen = {}
+    asked = {"known": foreseen, "step_s": 2e-4, "bearings": ["foot"]}
+    todo = [
+        at
+        for system in variants.values()
+        for at in integration.parts_to_run(system, profile, UNBALANCES, **asked)
+    ]
+    flexible = groups_of(full)
+    assert sorted(at.size for at in todo) == sorted([*flexible, 4, 4])
+    assert integration.parts_to_run(full, profile, UNBALANCES, **asked) == []
+    more = {**asked, "outputs": [rd.End(body="one", interface="middle")]}
+    assert len(integration.parts_to_run(full, profile, UNBALANCES, **more)) == 2
     for name, system in variants.items():
         alone = complexity.compare_complexity({name: system}, profile, UNBALANCES, **settings)
         at = shared.names.index(name)
