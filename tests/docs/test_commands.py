@@ -134,9 +134,9 @@ def test_analyses_of_the_how_tos_run_on_the_beam_level(tmp_path):
     )
     assert code == 0, printed
     kinds = set(re.findall(r'kind = "(\w+)"', (tmp_path / "machine.toml").read_text()))
-    kinds -= {"section", "polynomial"}
-    assert len(kinds) == 12
-    assert not [kind for kind in sorted(kinds) if f"{kind} ({kind})" not in printed]
+    kinds -= {"section", "polynomial", "clearance"}  # no analyses
+    assert len(kinds) > 10  # of how-tos there are more with time
+    assert not [kind for kind in sorted(kinds) if f"({kind})" not in printed]
 
 
 def test_a_line_that_is_not_printed_would_be_found():
