@@ -17,6 +17,7 @@ from solidwhirl.analyses.measured.pictures import (
     function_charts,
     mac_table,
     mode_chart,
+    natural_table,
     paired_modes,
 )
 from solidwhirl.analyses.measured.reading import read_measured
@@ -175,11 +176,12 @@ class ImpactTestSpec(base.Frequencies):
         return pictures if modes is None else {**pictures, "_modes": lambda: [modes]}
 
     def blocks(self, found: base.Found) -> Sequence[AnalysisBlock]:
-        """Functions, frequencies side by side, and the MAC table."""
+        """Functions, natural frequencies, measured ones beside them, and the MAC table."""
         document = found.document
         notes = (document.get("measured") or {}).get("notes") or []
         said = [Text(text="\n".join(f"- {note}" for note in notes))] if notes else []
-        parts = (frequency_table(document), mac_table(document), mode_chart(document))
+        tables = (natural_table, frequency_table, mac_table)
+        parts = (*(table(document) for table in tables), mode_chart(document))
         return [*function_charts(document), *(part for part in parts if part is not None), *said]
 
     @classmethod

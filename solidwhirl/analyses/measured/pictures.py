@@ -92,17 +92,20 @@ def _curve(
     return charts.Curve(x=x, y=np.where(jumps, np.nan, phase), name=name, look=look)
 
 
+def natural_table(document: Mapping[str, Any]) -> Table | None:
+    """Return the computed frequencies; None without any in the range."""
+    own = document["modes"]
+    listed = zip(own["frequency_hz"], own["damping_ratio"], own["count"], strict=True)
+    rows = [[k + 1, float(f), float(ratio), n] for k, (f, ratio, n) in enumerate(listed)]
+    head = ["mode", "computed [Hz]", "damping ratio", "planes"]
+    return Table(title="Natural frequencies", head=head, rows=rows) if rows else None
+
+
 def frequency_table(document: Mapping[str, Any]) -> Table | None:
-    """Return measured and computed frequencies side by side; computed ones alone without any."""
+    """Return measured and computed frequencies side by side; None without measured ones."""
     modes = (document.get("measured") or {}).get("modes")
     if not modes:
-        own = document["modes"]
-        rows = [
-            [k + 1, float(f), n]
-            for k, (f, n) in enumerate(zip(own["frequency_hz"], own["count"], strict=True))
-        ]
-        head = ["mode", "computed [Hz]", "planes"]
-        return Table(title="Natural frequencies", head=head, rows=rows) if rows else None
+        return None
     rows = [
         [
             k + 1,
@@ -127,7 +130,8 @@ def frequency_table(document: Mapping[str, Any]) -> Table | None:
         + (
             "Pairs are those of the largest sum of MAC, 0.5 at least."
             if document["measured"]["mac"] and all(m["mac"] or not m["computed"] for m in modes)
-            else "Pairs are those of the nearest frequencies: not all measured modes have shapes."
+            else "Pairs are those of the nearest frequencies, a quarter apart at most: not all "
+            "measured modes have shapes."
         ),
     )
 
