@@ -10,6 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
 from contextlib import suppress
+from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 from solidwhirl.core.errors import USER_ERRORS
@@ -26,9 +28,11 @@ if TYPE_CHECKING:
 _MASS_KG, _INERTIA_KG_M2 = 1.0, (1.0, 1.0, 1.0)
 
 
-class StandIn(NamedTuple):
-    """An engine of rigid bodies, and these by name."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StandIn:
+    """An engine of rigid bodies, and these by name; `scene`: whose run-ups it is asked about."""
 
+    scene: Scene
     system: AssembledSystem
     rigid: Mapping[str, Superelement]
 
@@ -49,6 +53,20 @@ class StandIn(NamedTuple):
         from solidwhirl.rotordyn import modes_at_speed
 
         return modes_at_speed(self.system, 0.0).zero_count > 0
+
+    @cached_property
+    def stepped(self) -> Mapping[str, list[tuple[AssembledSystem, IntArray]]]:
+        """Models and parts that each run-up steps and none before it has, by name of the analysis.
+
+        Without run-ups that can't be had; what is wrong the run itself will say.
+        """
+        known: dict[Hashable, RunSettings] = {}
+        out = {}
+        for spec in self.scene.analyses:
+            if spec.kind == "run_up":
+                with suppress(*USER_ERRORS):
+                    out[spec.label] = list(spec.parts_of(self.system, known))
+        return out
 
     def coordinates(self, model: AssembledSystem, at: IntArray, sizes: Mapping[str, int]) -> float:
         """Count the coordinates of a part of a model, bodies in it by those expected of them."""
@@ -82,9 +100,10 @@ def stand_in(scene: Scene, plan: Plan, bodies: Mapping[str, AnyBody]) -> StandIn
 
     rigid = {name: _rigid(name, body, plan) for name, body in bodies.items()}
     try:
-        return StandIn(engine_of(scene, plan, {**simple_elements(scene, plan), **rigid}), rigid)
+        system = engine_of(scene, plan, {**simple_elements(scene, plan), **rigid})
     except USER_ERRORS:
         return None
+    return StandIn(scene=scene, system=system, rigid=rigid)
 
 
 class SteppedPart(NamedTuple):
@@ -105,18 +124,17 @@ def stepped_parts(
     if plan.on("asymmetry"):
         return {}
     out: dict[str, list[SteppedPart]] = {}
-    known: dict[Hashable, RunSettings] = {}
     for spec in scene.analyses:
         if spec.kind != "run_up":
             continue
-        models = 1 + len(spec.compare_flexible)
-        out[spec.label] = [SteppedPart(float(sum(sizes.values())), models * spec.steps)]
-        if engine is not None:
-            with suppress(*USER_ERRORS):  # what is wrong the run itself will say
-                out[spec.label] = [
-                    SteppedPart(engine.coordinates(model, at, sizes), spec.steps)
-                    for model, at in spec.parts_of(engine.system, known)
-                ]
+        if engine is None or spec.label not in engine.stepped:
+            models = 1 + len(spec.compare_flexible)
+            out[spec.label] = [SteppedPart(float(sum(sizes.values())), models * spec.steps)]
+        else:
+            out[spec.label] = [
+                SteppedPart(engine.coordinates(model, at, sizes), spec.steps)
+                for model, at in engine.stepped[spec.label]
+            ]
     return out
 
 
