@@ -156,11 +156,10 @@ def build_operators(
     coupling = couple(space, kin, facet_tags, body.interfaces, effects.components, effects.shape)
     joints = Settled()
     if isinstance(body, Body) and body.joints:
-        meridian = (space, matter, facet_tags)
-        if dimension == 3:
-            meridian = _meridian_of(mesh, degree, comm)
-        joints = settle(*meridian, body.joints, materials, effects.maximum_speed_rad_s)
-        joints = _in_body(space, kin, matter, facet_tags, joints)
+        own: tuple[Any, forms.Medium, Any] = (space, matter, facet_tags)
+        meridian = own if dimension == 2 else _meridian_of(mesh, degree, comm)
+        found = settle(*meridian, body.joints, materials, effects.maximum_speed_rad_s)
+        joints = _in_body(*own, kin, found)
     if order is None:
         assembly = _assemble_solid(space, kin, matter, degree, effects, coupling)
     else:
@@ -217,7 +216,7 @@ def _at_rest(space: Any, kin: Kinematics) -> Kinematics:
 
 
 def _in_body(
-    space: Any, kin: Kinematics, matter: forms.Medium, facet_tags: Mapping[str, Any], found: Settled
+    space: Any, matter: forms.Medium, facet_tags: Mapping[str, Any], kin: Kinematics, found: Settled
 ) -> Settled:
     """Joints with their springs in the space of the body, and its state at rest."""
     layer, fit = layer_in(space, facet_tags, found.springs), None

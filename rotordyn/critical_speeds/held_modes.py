@@ -44,6 +44,10 @@ class SpeedMatrix(NamedTuple):
             joined[:, own, own] = 0.5 * (k + k.swapaxes(1, 2))
         return joined
 
+    def stiffened(self, bearings: FloatArray) -> Matrix:
+        """Return K with the k of all bearings (2 b, 2 b)."""
+        return np.asarray(self.stiffness + self.motions.conj().T @ (bearings @ self.motions))
+
     def quotient_roots(self, speeds: FloatArray, vectors: Matrix) -> FloatArray:
         """Return where vᴴ D(Ω) v is zero next to each speed, nan where Newton's method fails."""
         strain, inertia = (
@@ -110,7 +114,7 @@ class HeldModes(NamedTuple):
 def held_modes(matrix: SpeedMatrix, speed: float) -> HeldModes | None:
     """Return the modes with the bearings held as they are at a speed; None if K is negative."""
     bearings = matrix.bearings_at(np.array([speed]))[0]
-    stiffness = matrix.stiffness + matrix.motions.conj().T @ (bearings @ matrix.motions)
+    stiffness = matrix.stiffened(bearings)
     # what keeps a motion without stiffness from being singular
     soft = _SOFT * np.abs(np.diag(stiffness)).max() * np.eye(len(stiffness))
     solved("eigenproblems")
@@ -159,8 +163,7 @@ def _polished(
     strain = (matrix.stiffness @ vectors + matrix.motions.conj().T @ pushed) / speeds**2
     rough = nla.norm(strain - inertia, axis=0) > _ROUGH * nla.norm(inertia, axis=0)
     for at in np.flatnonzero(rough):
-        joints = matrix.motions.conj().T @ (bearings[at] @ matrix.motions)
-        whole = (matrix.stiffness + joints) / speeds[at] ** 2 - matrix.inertia
+        whole = matrix.stiffened(bearings[at]) / speeds[at] ** 2 - matrix.inertia
         solved("factorisations")
         try:
             vectors[:, at] = nla.solve(whole, vectors[:, at])
