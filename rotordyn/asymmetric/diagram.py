@@ -7,6 +7,7 @@ sidebands.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
@@ -18,6 +19,7 @@ import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.asymmetric.assembly import RotatingSystem
+from solidwhirl.rotordyn.asymmetric.errors import dynamic_change
 from solidwhirl.rotordyn.asymmetric.parametric.basis import search_basis
 from solidwhirl.rotordyn.asymmetric.parametric.constant import ConstantMotions
 from solidwhirl.rotordyn.asymmetric.parametric.exponents import PeriodicMotions
@@ -39,6 +41,8 @@ _AT_REST = 1e-9
 _ROOM = 2.0
 # Answers of the others that are taken in.
 _ANSWER = 3e-4
+# Harmonics of a motion below this part of the largest add nothing to its error.
+_SMALL = 1e-4
 # Circles that differ by less are a line; decrements below this are rounding.
 _LINE, _UNDAMPED = 1e-2, 1e-9
 # Frequencies of a line change by no more than this part of the turn, and by a part of their own.
@@ -54,7 +58,8 @@ class RotatingDiagram(ReadOnlyArrays):
     of the lines, (k,). `line_rad_s`: |Im λ + kΩ|, seen in fixed axes, (b, k, s). `forward`,
     `backward`, `axial`: part of each line in the motion of turning interfaces, circles about +z and
     −z, and motion along and about the axis, (b, k, s); their sum over all k is 1. `inside`: part of
-    the frequency |Im λ + kΩ| in the frame, by the kinetic energy, (b, k, s).
+    the frequency |Im λ + kΩ| in the frame, by the kinetic energy, (b, k, s). `errors`: estimates of
+    |δλ| by part, from what bodies left out, 1/s, (b, s).
     """
 
     speeds_rad_s: FloatArray
@@ -65,6 +70,7 @@ class RotatingDiagram(ReadOnlyArrays):
     backward: FloatArray
     axial: FloatArray
     inside: FloatArray
+    errors: Mapping[str, FloatArray]
 
     @property
     def share(self) -> FloatArray:
@@ -107,22 +113,33 @@ def rotating_diagram(
     ]
     seen_at = np.array(lines).transpose(2, 1, 3, 0)
     values = np.array([state.values[c] for state, c in zip(states, columns, strict=True)]).T
+    moved = [
+        [_moved(rotating, state, k) for k in chosen]
+        for state, chosen in zip(states, columns, strict=True)
+    ]
+    named = dict.fromkeys(part for column in moved for one in column for part in one)
     return RotatingDiagram(
         speeds_rad_s=speeds,
         eigenvalues=values,
         multiples=multiples,
+        errors={p: np.array([[o.get(p, 0.0) for o in c] for c in moved]).T for p in named},
         **dict(zip(_SEEN, seen_at, strict=True)),
     )
 
 
 class _State(NamedTuple):
-    """Motions at one speed: λ, dλ/dΩ, and parts by harmonic, (h, n, m)."""
+    """Motions at one speed: λ, dλ/dΩ, and parts by harmonic, (h, n, m), those of left vectors too.
+
+    `system`: whose motions they are.
+    """
 
     speed: float
     values: ComplexArray
     slopes: ComplexArray
     harmonics: IntArray
     parts: ComplexArray
+    left: ComplexArray
+    system: PeriodicSystem
 
 
 def _fastest(periodic: PeriodicSystem, top: float, branch_count: int) -> float:
@@ -138,13 +155,37 @@ def _motions(periodic: PeriodicSystem, speed: float, turning: PeriodicMotions | 
         found = turning.solve(speed)
         kept = np.flatnonzero(found.counted)
         roots = [turning.root(found, int(k), _ORDER) for k in kept]
-        parts = np.array([r.right @ turning.basis.T for r in roots]).transpose(1, 2, 0)
+        parts, left = (
+            np.array([side @ turning.basis.T for side in sides]).transpose(1, 2, 0)
+            for sides in ([r.right for r in roots], [r.left for r in roots])
+        )
         harmonics = periodic.stride * np.arange(-_ORDER, _ORDER + 1)
-        return _State(speed, found.values[kept], found.slopes[kept], harmonics, parts)
+        return _State(
+            speed, found.values[kept], found.slopes[kept], harmonics, parts, left, periodic
+        )
     still = periodic if speed or not periodic.stride else periodic.at_angle_zero()
     constant = ConstantMotions(still, 0.5 * speed, max(speed, 1.0))
     every = constant.with_slopes(constant.solve(speed), "both")
-    return _State(speed, every.values, every.slopes, np.zeros(1, dtype=int), every.right[None])
+    parts, left, constant_part = every.right[None], every.left.T[None], np.zeros(1, dtype=int)
+    return _State(speed, every.values, every.slopes, constant_part, parts, left, still)
+
+
+def _moved(rotating: RotatingSystem, state: _State, mode: int) -> dict[str, float]:
+    """|δλ| of one motion by part: yᴴ E x over yᴴ D'(λ) x of Hill's expansion."""
+    sizes = np.abs(state.parts[:, :, mode]).max(axis=1)
+    kept = np.flatnonzero(sizes > _SMALL * sizes.max(initial=0.0))
+    right: Harmonics = {int(state.harmonics[k]): state.parts[k][:, mode] for k in kept}
+    left: Harmonics = {int(state.harmonics[k]): state.left[k][:, mode].conj() for k in kept}
+    value, speed = complex(state.values[mode]), state.speed
+    change = dynamic_change(rotating, value, speed, left, right)
+    if not change:
+        return {}
+    velocity, _ = state.system.at(speed)
+    slope = 0.0 + 0.0j
+    for h, y in left.items():
+        slope += 2.0 * (value + 1j * h * speed) * (y.conj() @ state.system.mass @ right[h])
+        slope += sum(y.conj() @ v @ right[h - d] for d, v in velocity.items() if h - d in right)
+    return {part: abs(moved / slope) for part, moved in change.items()}
 
 
 def _followed(
@@ -219,11 +260,14 @@ def _gyration(rotating: RotatingSystem, end: End) -> float:
     return float(np.sqrt(element.inertia_kg_m2[2, 2] / element.mass_kg))
 
 
-def as_campbell(found: RotatingDiagram, frame_ratio: float) -> Campbell:
+def as_campbell(
+    found: RotatingDiagram, frame_ratio: float
+) -> tuple[Campbell, dict[str, FloatArray]]:
     """Return the strongest line of each branch as a diagram in fixed axes.
 
     Over the speed of the reference shaft. Decrements are those of that line. Where another line
-    becomes the strongest a branch ends, and one begins.
+    becomes the strongest a branch ends, and one begins. The second are the errors of the diagram's
+    eigenvalues by part, 1/s.
     """
     pick = found.strongest()[:, None, :]
     hertz, forward, backward = (
@@ -245,7 +289,7 @@ def as_campbell(found: RotatingDiagram, frame_ratio: float) -> Campbell:
     own = np.array([b for b, _ in rows], dtype=int)
     alive = np.array([pieces[b] == p for b, p in rows]).reshape(len(rows), -1)
     decrement = np.where(np.abs(decrement) <= _UNDAMPED, 0.0, decrement)
-    return Campbell(
+    diagram = Campbell(
         speeds_rad_s=found.speeds_rad_s / abs(frame_ratio),
         eigenvalues=np.where(alive, (growth + 2j * np.pi * hertz)[own], np.nan),
         frequency_hz=np.where(alive, hertz[own], np.nan),
@@ -254,3 +298,4 @@ def as_campbell(found: RotatingDiagram, frame_ratio: float) -> Campbell:
         overlap=np.ones(alive.shape),
         notes=(),
     )
+    return diagram, {part: np.where(alive, e[own], np.nan) for part, e in found.errors.items()}

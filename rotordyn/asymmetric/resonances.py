@@ -22,6 +22,7 @@ from solidwhirl.rotordyn.asymmetric.parametric.basis import fastest_rate, held_t
 from solidwhirl.rotordyn.asymmetric.periodic import Harmonics, PeriodicSystem
 from solidwhirl.rotordyn.asymmetric.response import dynamic_stiffness, held_where_free, seen
 from solidwhirl.rotordyn.core.arrays import ComplexArray
+from solidwhirl.rotordyn.estimates.eigenvalue_errors import without_forms
 
 # Harmonics on either side to begin with, and at most.
 _FIRST, _MOST = 3, 12
@@ -67,7 +68,7 @@ class Resonance:
 
     @property
     def is_estimated(self) -> bool:
-        """Whether a body tells what it left out."""
+        """Whether the bodies tell what they left out."""
         return bool(self.errors.keys() - {"harmonics"})
 
 
@@ -219,8 +220,10 @@ def _resonance(
     reach = float(np.abs(left).max()) * size
     if not pushed or max(float(p.max(initial=0.0)) for p in pushed) <= _EXCITED * reach:
         return None
-    change = dynamic_change(rotating, 0.0, float(now.real), dual, parts)
-    errors = {part: float(abs(c / slope / now)) for part, c in change.items()}
+    errors: dict[str, float] = {}
+    if not without_forms(rotating.system.rotors):
+        change = dynamic_change(rotating, 0.0, float(now.real), dual, parts)
+        errors = {part: float(abs(c / slope / now)) for part, c in change.items()}
     if periodic.stride:
         errors["harmonics"] = settled.moved
     multiple, share = _most_seen(rotating, parts)

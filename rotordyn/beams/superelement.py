@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
+import scipy.linalg as la
 
 from solidwhirl.rotordyn.beams import elements as beam
 from solidwhirl.rotordyn.beams import moments
@@ -15,19 +16,26 @@ from solidwhirl.rotordyn.beams.families import (
     BeamNodes,
     ReducedFamily,
     add_attached,
+    family_maps,
     family_matrices,
+    node_rows,
     reduced_family,
     spatial_fields,
 )
 from solidwhirl.rotordyn.beams.shafts import Disk, Shaft, ShaftMaterial, checked_shaft
 from solidwhirl.rotordyn.core.errors import SuperelementError
 from solidwhirl.rotordyn.superelement.record import InterfaceNode, Superelement
+from solidwhirl.rotordyn.superelement.residual_energy import BLOCKS, ErrorForm
 from solidwhirl.rotordyn.superelement.rigid_body import MassProperties, joined_mass_properties
 from solidwhirl.rotordyn.superelement.validation import MOTIONS, Component
 
 __all__ = ["Disk", "beam_superelement"]
 
 _LATERAL: tuple[Component, ...] = ("ux", "uy", "rx", "ry")
+# Pieces that every element is cut into for its error, and what they leave out in turn: errors of
+# frequencies fall with the square of the length (rods) or faster.
+_PIECES = 4
+_SAFETY = 1.0 / (1.0 - _PIECES**-2)
 
 
 def beam_superelement(
@@ -61,7 +69,8 @@ def beam_superelement(
     Superelement
         Level "beam": ux, uy, rx, ry at each interface, then all fixed-interface modes as modal
         coordinates in pairs (plane of x, plane of y); likewise axial motion and torsion. Nothing
-        is truncated, so the element is equivalent to the beam model itself.
+        is truncated, so the element is equivalent to the beam model itself. Its error form "mesh"
+        tells what shorter elements change.
 
     Raises
     ------
@@ -116,7 +125,66 @@ def _of_shaft(name: str, shaft: Shaft, wanted: Sequence[beam.Family]) -> Superel
         recovery_points_m=np.outer(shaft.nodes_m, [0.0, 0.0, 1.0]),
         provenance=shaft.provenance(),
         moments=moments.beam_moments(names, families, rings),
+        error_forms=(_mesh_form(shaft, names, families),),
     )
+
+
+def _mesh_form(
+    shaft: Shaft, names: Sequence[str], families: Sequence[ReducedFamily]
+) -> ErrorForm:
+    """Return what shorter elements of the same shaft would take up.
+
+    Between its nodes an element follows the static answer to loads at them, so that what finer ones
+    add vanishes at the nodes, strains nothing together with it, and is found element by element:
+    the answers, nodes held, to the inertia forces along it.
+    """
+    maps = family_maps(names, families)
+    size = maps[0][0].shape[0]
+    gram, slowest = np.zeros((BLOCKS * size, BLOCKS * size)), np.inf
+    # residuals of M and G of both planes over the root of the stiffness, elements in rows
+    found: list[FloatArray] = []
+    for own, planes in zip(families, maps, strict=True):
+        for nodes, piece in _elements(shaft):
+            inside, (mass, weight) = _between_nodes(piece, own.family)
+            root = la.cholesky(inside.stiffness, lower=True)
+            slowest = min(slowest, float(la.eigvalsh(inside.stiffness, inside.mass)[0]))
+            ends = own.shapes[node_rows(nodes, own.family)]
+            m, w = (la.solve_triangular(root, part @ ends, lower=True) for part in (mass, weight))
+            if len(planes) == 1:
+                found.append(np.hstack([m @ planes[0].T, np.zeros((len(m), size))]))
+                continue
+            in_x, in_y = planes
+            found.append(np.hstack([m @ in_x.T, w @ in_y.T]))
+            found.append(np.hstack([m @ in_y.T, -w @ in_x.T]))
+    residuals = np.vstack(found)
+    gram[size : 3 * size, size : 3 * size] = residuals.T @ residuals
+    return ErrorForm(
+        part="mesh",
+        gram=gram,
+        stiffness_change=None,
+        safety=_SAFETY,
+        cutoff_rad_s=float(np.sqrt(slowest)),
+    )
+
+
+def _between_nodes(
+    piece: beam.Segment, family: beam.Family
+) -> tuple[beam.ElementMatrices, tuple[FloatArray, FloatArray]]:
+    """Matrices of an element cut into pieces with its nodes held, and rows of M and G beside them.
+
+    The rows are forces on the nodes between, by the motion of both ends.
+    """
+    z = piece.start_m + np.linspace(0.0, piece.length_m, _PIECES + 1)
+    stiffness = beam.SectionStiffness(*(getattr(piece, k)[0] for k in beam.SectionStiffness._fields))
+    inertia = beam.SectionInertia(*(getattr(piece, k)[0] for k in beam.SectionInertia._fields))
+    cut = [((k, k + 1), beam.segment((z[k], z[k + 1]), stiffness, inertia)) for k in range(_PIECES)]
+    whole = family_matrices(z, cut, family)
+    moved, tilted = beam.section_motion(piece, np.linspace(0.0, 1.0, _PIECES + 1), family)
+    ends = moved if family != "lateral" else np.stack([moved, tilted], axis=1).reshape(-1, 4)
+    inner = node_rows(range(1, _PIECES), family)
+    mass, k, weight = (m[np.ix_(inner, inner)] for m in whole[:3])
+    forces = whole.mass[inner] @ ends, whole.gyroscopic[inner] @ ends
+    return beam.ElementMatrices(mass, k, weight), forces
 
 
 def _families(

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
+from solidwhirl.rotordyn.assembly.parts import Rotor
 from solidwhirl.rotordyn.assembly.system import (
     AssembledSystem,
     SpeedMatrices,
@@ -49,8 +50,7 @@ class FrequencyErrors:
 
     `parts`: |δs| / |s| by name of the part, shape (m,) each, near zero over `error_scale`. A part
     that no body has a form of is absent; "eigen_solver" is always there. `bodies_without_estimate`:
-    bodies that have no error forms (beams, rigid bodies, imported ones): nothing of theirs is in
-    the numbers.
+    bodies that deform and have no error forms (imported ones): nothing of theirs is in the parts.
     """
 
     parts: Mapping[str, FloatArray]
@@ -60,9 +60,14 @@ class FrequencyErrors:
         object.__setattr__(self, "parts", frozen_parts(self.parts))
 
     @property
-    def total(self) -> FloatArray:
+    def known(self) -> FloatArray:
         """Sum of all parts but those that are a choice of the model, in their shape."""
         return sum_of_parts(self.parts)
+
+    @property
+    def total(self) -> FloatArray:
+        """The same where every body has an estimate; nan where one has none."""
+        return self.known * (np.nan if self.bodies_without_estimate else 1.0)
 
 
 class EigenvalueShifts(NamedTuple):
@@ -184,9 +189,14 @@ def body_forms(assembled: AssembledSystem) -> Iterator[tuple[FloatArray, float, 
 
 
 def bodies_without_forms(assembled: AssembledSystem) -> tuple[str, ...]:
-    """Return the names of the bodies that have no error forms, in the order of the system."""
-    rotors = assembled.system.rotors
-    return tuple(name for name, rotor in rotors.items() if not rotor.element.error_forms)
+    """Return the names of the bodies that deform and have no error forms, in their order."""
+    return without_forms(assembled.system.rotors)
+
+
+def without_forms(rotors: Mapping[str, Rotor]) -> tuple[str, ...]:
+    """Return the names of those that deform and have no error forms, in their order."""
+    elements = {name: rotor.element for name, rotor in rotors.items()}
+    return tuple(n for n, e in elements.items() if e.level != "lumped" and not e.error_forms)
 
 
 def sum_of_parts(parts: Mapping[str, FloatArray]) -> FloatArray:

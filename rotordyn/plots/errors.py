@@ -34,6 +34,7 @@ _LOOKS = {
     "interface_coupling": charts.Look("@c7", "longdash", "cross"),
     "beam_theory": charts.Look("#882255", "longdashdot", "x"),
     "eigen_solver": charts.Look("#999999", "dot", "pentagon"),
+    "harmonics": charts.Look("#117733", "dash", "hexagon"),
     "total": charts.Look("@ink", "solid", "diamond-open"),
 }
 
@@ -44,7 +45,7 @@ def parts_chart(errors: CampbellErrors) -> charts.Chart:
     thin = charts.Look("#BBBBBB", "solid", width=1.0)
     curves = [
         charts.Curve(x=rpm, y=_visible(total), name="total of a branch", look=thin)
-        for total in errors.total
+        for total in errors.known
     ]
     curves += [
         charts.Curve(
@@ -54,14 +55,14 @@ def parts_chart(errors: CampbellErrors) -> charts.Chart:
             name=_part_name(part),
             look=_LOOKS[part],
         )
-        for part, values in {**errors.parts, "total": errors.total}.items()
+        for part, values in {**errors.parts, "total": errors.known}.items()
         if part == "total" or (values > _LEAST).any()
     ]
     return charts.Chart(
         name="campbell-errors",
         title="Estimated errors over the speed",
         x=charts.speed_axis(float(rpm.min()), float(rpm.max())),
-        y=_decades("estimated relative error, largest of all branches", errors.total, errors.parts),
+        y=_decades("estimated relative error, largest of all branches", errors.known, errors.parts),
         parts=curves,
         height_px=330,
     )
@@ -79,7 +80,7 @@ def draw_campbell_errors(
     other arguments and errors are as in `draw_campbell`.
     """
     view = CampbellView(
-        excitation_ratios=excitation_ratios or {}, operating_rad_s={}, errors=errors.total
+        excitation_ratios=excitation_ratios or {}, operating_rad_s={}, errors=errors.known
     )
     parts = parts_chart(errors)
     label = _with_gaps(parts.x.label, errors.bodies_without_estimate)
@@ -99,9 +100,9 @@ def draw_critical_speed_errors(
     the estimates are of another number of them, or the suffix is not a kind of picture that can be
     written.
     """
-    if not critical_speeds or errors.total.size != len(critical_speeds):
+    if not critical_speeds or errors.known.size != len(critical_speeds):
         raise AnalysisError(
-            f"there are {len(critical_speeds)} critical speeds and {errors.total.size} estimates; "
+            f"there are {len(critical_speeds)} critical speeds and {errors.known.size} estimates; "
             "one or more with an estimate each are needed"
         )
     speed = np.array([c.speed_rad_s for c in critical_speeds]) * RPM_PER_RAD_S
@@ -114,11 +115,11 @@ def draw_critical_speed_errors(
             y=np.array([float(row)]),
             name=charts.whirl_name(critical_speeds[k].whirl),
             look=replace(charts.whirl_look(critical_speeds[k].whirl), dash="", size=8.0),
-            errors=speed[[k]] * errors.total[[k]],
+            errors=speed[[k]] * errors.known[[k]],
         )
         for row, k in enumerate(order)
     ]
-    end = 1.08 * float((speed * (1.0 + errors.total))[order].max())
+    end = 1.08 * float((speed * (1.0 + errors.known))[order].max())
     bars = charts.Chart(
         name="critical-speed-errors", title="Critical speeds with their estimated errors", y=rows,
         x=charts.speed_axis(0.0, end, "critical speed with its estimated error"), parts=marks,
@@ -126,7 +127,7 @@ def draw_critical_speed_errors(
     label = _with_gaps("estimated relative error", errors.bodies_without_estimate)
     parts = charts.Chart(
         name="critical-speed-parts", title="Estimated errors by part",
-        x=_decades(label, errors.total[order], errors.parts), y=rows,
+        x=_decades(label, errors.known[order], errors.parts), y=rows,
         parts=_parts_of_rows(errors, order),
     )  # fmt: skip
     draw_charts([bars, parts], path, title)
@@ -141,7 +142,7 @@ def _parts_of_rows(errors: CriticalSpeedErrors, order: IntArray) -> list[charts.
             name=_part_name(part),
             look=replace(_LOOKS[part], dash="", size=10.0),
         )
-        for part, values in {**errors.parts, "total": errors.total}.items()
+        for part, values in {**errors.parts, "total": errors.known}.items()
         if (values[order] > _LEAST).any()
     ]
 

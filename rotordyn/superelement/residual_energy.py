@@ -33,6 +33,7 @@ PARTS = (
     "interface_coupling",
     "beam_theory",
     "eigen_solver",
+    "harmonics",
     "sampling",
 )
 # A choice of the model: shown, not summed.

@@ -32,6 +32,7 @@ def row_of_document(
         message="; ".join(
             [f"check failed: {c['where']}: {c['name']}" for c in failures]
             + [alarm["message"] for alarm in document["verdict"]["alarms"]]
+            + [f"not estimated: {n}" for n in document["verdict"]["accuracy"]["not_estimated"]]
         ),
         seconds=seconds,
         peak_memory_gib=_number(document["peak_memory_gib"]),
@@ -89,6 +90,8 @@ def verdict_scalars(verdict: Mapping[str, Any]) -> dict[str, float]:
         "unstable_from_rpm": verdict["unstable_from_rpm"],
         "first_forward_log_decrement": min((d for d in forward if d == d), default=None),
         "margins_passed": verdict["margins"]["passed"],
+        "margins_decided": verdict["margins"].get("decided"),
+        "accuracy_met": verdict["accuracy"]["met"],
         "largest_vibration_um": largest_of(s.get("peak_to_peak_um") for s in swings),
     }
     return {f"verdict.{key}": float(value) for key, value in found.items() if value is not None}

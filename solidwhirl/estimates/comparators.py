@@ -137,7 +137,7 @@ def is_compared(body: Body | MeshedBody, plan: BodyPlan) -> bool:
     """Whether the error of a body's mesh is found by comparison, after the last round."""
     if not isinstance(body, MeshedBody) or body.request.step is None:
         return False
-    return None in plan.solved_orders
+    return None in plan.solved_orders and body.request.shape != "asymmetric"
 
 
 def _coarser(scene: Scene, plan: Plan, body: MeshedBody, result: BodyResult) -> Superelement | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -30,23 +30,17 @@ def critical_speed_entry(estimates: Estimates, index: int) -> dict[str, Any]:
     }
 
 
-class Unestimated(NamedTuple):
-    """Bodies that tell nothing of what they left out, and given meshes with no other to compare."""
-
-    bodies: tuple[str, ...] = ()
-    meshes: tuple[str, ...] = ()
-
-
 def accuracy_document(
     scene: Scene,
     largest: float,
-    without: Unestimated,
+    without: Sequence[str],
     rounds: tuple[Round, ...],
     checks: Sequence[Invariant] = (),
 ) -> dict[str, Any]:
     """What was asked, what was got, and how.
 
-    `largest`: error estimate of what counts, nan where there is none; `without`: what is not in it;
+    `largest`: error estimate of what counts, nan where there is none; `without`: bodies whose
+    discretisation is not in it;
     `rounds`: of the adaptive refinement; `checks`: of the run: where one fails, an estimate of the
     same numbers says nothing.
     """
@@ -54,11 +48,11 @@ def accuracy_document(
     return {
         "asked": scene.model.accuracy,
         "largest_error_estimate": largest,
-        "met": _met(largest, scene.model.accuracy, known=not without.meshes and not failed),
+        "met": _met(largest, scene.model.accuracy, known=not without and not failed),
         "failed_checks": failed,
         "not_summed": "interface_coupling: a choice of the model, not an approximation",
-        "bodies_without_estimate": list(without.bodies),
-        "meshes_without_estimate": list(without.meshes),
+        "bodies_without_estimate": list(without),
+        "meshes_without_estimate": [name for name in without if name in scene.mesh_bodies],
         "bodies_of_several_materials": several_materials(scene),
         "rounds": [
             {

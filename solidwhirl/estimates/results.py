@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import NamedTuple
@@ -26,8 +26,10 @@ from solidwhirl.rotordyn.estimates.eigenvalue_errors import (
     error_scale,
     frequency_errors,
 )
+from solidwhirl.rotordyn.asymmetric import at_rest as standing
 from solidwhirl.rotordyn.modes.damping import DEFAULT_RULE, DampingRule
 from solidwhirl.rotordyn.modes.whirl import whirl_at_speed
+from solidwhirl.rotordyn.superelement.residual_energy import NOT_SUMMED
 
 # Speeds at which the branches of other models are computed; between them errors are linear.
 _SPEEDS = 5
@@ -40,7 +42,8 @@ class Estimates:
 
     `critical_speeds` are in the order of `critical`. `free_frequencies`: body to (k,) estimates of
     the frequencies of the free body at rest. `comparisons`: other models that were computed for it.
-    `rule`: which of the modes count; the others are critically damped.
+    `rule`: which of the modes count; the others are critically damped. `resonances`: estimates of
+    other resonances that count.
     """
 
     at_rest: FrequencyErrors
@@ -50,6 +53,7 @@ class Estimates:
     comparisons: tuple[Comparison, ...]
     critical: tuple[rd.CriticalSpeed, ...]
     rule: DampingRule = DEFAULT_RULE
+    resonances: tuple[float, ...] = ()
 
     def __repr__(self) -> str:
         parts = []
@@ -62,14 +66,20 @@ class Estimates:
 
     @property
     def largest(self) -> float:
-        """Largest estimate of modes and critical speeds that count, nan if there is none."""
-        branches = self.campbell.total[self.rule.counts(self.campbell.campbell.eigenvalues)]
+        """Largest estimate of modes and critical speeds that count, nan if there is none.
+
+        Of the bodies that have an estimate.
+        """
+        told = self.campbell.parts.keys() - {*NOT_SUMMED, "eigen_solver"}
+        if self.campbell.bodies_without_estimate and not told:
+            return float("nan")
+        branches = self.campbell.known[self.rule.counts(self.campbell.campbell.eigenvalues)]
         speeds = [
-            float(total)
-            for total, critical in zip(self.critical_speeds.total, self.critical, strict=True)
+            float(known)
+            for known, critical in zip(self.critical_speeds.known, self.critical, strict=True)
             if critical.counts(self.rule)
         ]
-        values = np.concatenate([branches, np.array(speeds)])
+        values = np.concatenate([branches, speeds, self.resonances])
         known = values[np.isfinite(values)]
         return float(known.max()) if len(known) else float("nan")
 
@@ -124,15 +134,43 @@ def estimate_errors(
         speed_parts["beam_theory"] = _critical_speed_errors_of_beams(critical, diagram, of_branches)
         own = {name: elements[name] for name in beams.elements[0]}
         free = _theory_free_errors(own, beams.elements)
-    free |= {n: _free(e, n, comparisons) for n, e in elements.items() if e.error_forms}
+    compared = [name for pair in comparisons if pair.part == "mesh" for name in pair.second_elements]
+    without = unestimated(elements, compared)
+    free |= free_errors(elements, without, comparisons)
     return Estimates(
-        at_rest=replace(rest, parts=rest_parts),
-        campbell=replace(branches, parts=branch_parts),
-        critical_speeds=replace(speeds, parts=speed_parts),
+        at_rest=replace(rest, parts=rest_parts, bodies_without_estimate=without),
+        campbell=replace(branches, parts=branch_parts, bodies_without_estimate=without),
+        critical_speeds=replace(speeds, parts=speed_parts, bodies_without_estimate=without),
         free_frequencies=free,
         comparisons=comparisons,
         critical=tuple(critical),
     )
+
+
+def unestimated(
+    elements: Mapping[str, rd.Superelement], compared: Iterable[str] = ()
+) -> tuple[str, ...]:
+    """Return the bodies that deform and do not tell what their elements miss, by name.
+
+    Neither by a form "mesh" nor by another model: `compared`.
+    """
+    return tuple(
+        name
+        for name, element in elements.items()
+        if element.level != "lumped"
+        and name not in compared
+        and all(form.part != "mesh" for form in element.error_forms)
+    )
+
+
+def free_errors(
+    elements: Mapping[str, rd.Superelement],
+    without: Sequence[str],
+    comparisons: tuple[Comparison, ...] = (),
+) -> dict[str, FloatArray]:
+    """Errors of the frequencies of the free bodies that have forms, but of those `without` one."""
+    known = (n for n, e in elements.items() if e.error_forms and n not in without)
+    return {name: _free(elements[name], name, comparisons) for name in known}
 
 
 def _add(parts: dict[str, FloatArray], pair: Comparison, difference: FloatArray) -> None:
@@ -148,7 +186,7 @@ def _at_rest_differences(at_rest: rd.Modes, pair: Comparison, modes_of: ModesOf)
     f, g = first.frequency_hz[:count], second.frequency_hz[:count]
     out[:count] = pair.safety * np.abs(f - g) / _scale_hz(pair.second, f)
     if pair.part == "mesh":  # what the finer model itself is wrong by
-        out[:count] += frequency_errors(pair.second, second).total[:count]
+        out[:count] += frequency_errors(pair.second, second).known[:count]
     return out
 
 
@@ -186,7 +224,7 @@ def _branch_differences(few: rd.Campbell, pair: Comparison, modes_of: ModesOf) -
         other, partner = _paired(few, own, at, seen)
         out[:, at] = pair.safety * np.abs(own - other) / _scale_hz(pair.second, own)
         if pair.part == "mesh":  # what the finer model itself is wrong by
-            out[:, at] += _at_partners(partner, frequency_errors(pair.second, seen.modes).total)
+            out[:, at] += _at_partners(partner, frequency_errors(pair.second, seen.modes).known)
     return out
 
 
@@ -199,7 +237,7 @@ def _speed_differences(critical: Sequence[rd.CriticalSpeed], pair: Comparison) -
         if one is not None and other is not None:
             out[k] = pair.safety * abs(one.speed_rad_s - other.speed_rad_s) / one.speed_rad_s
             if pair.part == "mesh":
-                out[k] += float(critical_speed_errors(pair.second, [other]).total[0])
+                out[k] += float(critical_speed_errors(pair.second, [other]).known[0])
     return out
 
 
@@ -219,11 +257,11 @@ def _at_partners(partner: IntArray, values: FloatArray) -> FloatArray:
 def _free(element: rd.Superelement, name: str, comparisons: tuple[Comparison, ...]) -> FloatArray:
     """Errors of the frequencies of one free body at rest, in their order."""
     wanted = element.free_frequencies_hz
-    alone = rd.assemble({name: rd.Rotor(element=element, speed_ratio=1.0)}, ())
+    alone = rd.assemble(standing({name: rd.Rotor(element=element, speed_ratio=1.0)}), ())
     modes = rd.modes_at_speed(alone, 0.0)
     found = frequency_errors(alone, modes)
     near = np.abs(modes.frequency_hz[None, :] - wanted[:, None]).argmin(axis=1)
-    out = np.asarray(found.total[near])
+    out = np.asarray(found.known[near])
     for pair in comparisons:
         if pair.part == "interface_coupling" or name not in pair.second_elements:
             continue

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
@@ -21,7 +20,6 @@ from solidwhirl.core.stages import silent
 from solidwhirl.core.versions import package_versions
 from solidwhirl.cost.tables import forecast_document
 from solidwhirl.estimates.documents import (
-    Unestimated,
     accuracy_document,
     critical_speed_entry,
     with_estimate,
@@ -39,7 +37,7 @@ from solidwhirl.output.plan_documents import plan_document
 from solidwhirl.output.report import report_text
 from solidwhirl.page.frame.records import Run
 from solidwhirl.page.sections import write_report
-from solidwhirl.pipeline.asymmetry import Asymmetry, asymmetry_document
+from solidwhirl.pipeline.asymmetry import asymmetry_document
 from solidwhirl.pipeline.cached_stages import StageCache
 from solidwhirl.pipeline.run import ExcitedCriticalSpeed, Results
 from solidwhirl.pipeline.verdict import verdict_document
@@ -47,7 +45,6 @@ from solidwhirl.rotordyn import CriticalSpeed, Superelement, draw_campbell
 from solidwhirl.rotordyn.assembly.bearing_notes import note_lines
 from solidwhirl.rotordyn.campbell.branch_numbers import branch_numbers, branch_prints, shape_print
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
-from solidwhirl.rotordyn.estimates.eigenvalue_errors import bodies_without_forms
 from solidwhirl.rotordyn.modes.whirl import Excitation, unbalance_excitation
 from solidwhirl.rotordyn.plots.errors import draw_campbell_errors, draw_critical_speed_errors
 from solidwhirl.rotordyn.storage.files import write_superelement, write_superelement_again
@@ -86,7 +83,7 @@ def results_document(results: Results) -> dict[str, Any]:
         "accuracy": accuracy_document(
             scene,
             results.largest_error,
-            _without_estimate(results),
+            () if results.estimates is None else results.estimates.campbell.bodies_without_estimate,
             results.rounds,
             results.checks,
         ),
@@ -111,7 +108,6 @@ def results_document(results: Results) -> dict[str, Any]:
     }
     if results.asymmetry is not None:
         document["asymmetry"] = asymmetry_document(results.asymmetry)
-        _put_errors(document, results.asymmetry)
     if results.stages:
         document["stages"] = dict(results.stages)
     if results.estimates is not None:
@@ -150,28 +146,6 @@ def _numbers(results: Results) -> list[int]:
     return found
 
 
-def _without_estimate(results: Results) -> Unestimated:
-    """Bodies, and meshes that were given, that are not in the largest error estimate."""
-    meshes = list(results.scene.mesh_bodies)
-    if results.estimates is not None:
-        compared = (p.second_elements for p in results.estimates.comparisons if p.part == "mesh")
-        seen = {name for elements in compared for name in elements}
-        bodies = results.estimates.campbell.bodies_without_estimate
-    elif math.isnan(results.largest_error):
-        return Unestimated()
-    else:
-        forms = {n: {f.part for f in e.error_forms} for n, e in results.elements.items()}
-        seen = {name for name, parts in forms.items() if "mesh" in parts}
-        bodies, meshes = bodies_without_forms(results.system), list(results.bodies)
-    return Unestimated(bodies=bodies, meshes=tuple(name for name in meshes if name not in seen))
-
-
-def _put_errors(document: dict[str, Any], found: Asymmetry) -> None:
-    """Put the error estimates beside the critical speeds of an asymmetric engine."""
-    for entry, one in zip(document["critical_speeds"], found.lateral, strict=True):
-        if one.is_estimated:
-            entry["frequency_error_estimate"] = one.error
-            entry["error_parts"] = dict(one.errors)
 
 
 def _campbell(results: Results) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,8 @@ import numpy as np
 from solidwhirl.analyses.asymmetric import resonance_document
 from solidwhirl.analyses.base import Operating, decrements
 from solidwhirl.analyses.stability_summary import Stability, covering
-from solidwhirl.rotordyn import Campbell, CriticalSpeed, Superelement
+from solidwhirl.estimates.results import Estimates, free_errors, unestimated
+from solidwhirl.rotordyn import AssembledSystem, Campbell, CriticalSpeed, Modes, Superelement
 from solidwhirl.rotordyn.asymmetric import (
     RotatingSystem,
     UnstableRange,
@@ -27,6 +28,9 @@ from solidwhirl.rotordyn.asymmetric.resonances import (
 from solidwhirl.rotordyn.asymmetric.response import held_where_free
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
+from solidwhirl.rotordyn.estimates.campbell_errors import CampbellErrors
+from solidwhirl.rotordyn.estimates.critical_speed_errors import CriticalSpeedErrors
+from solidwhirl.rotordyn.estimates.eigenvalue_errors import error_scale, frequency_errors
 from solidwhirl.rotordyn.modes.damping import DampingRule
 from solidwhirl.rotordyn.stability.intervals import UnstableInterval
 from solidwhirl.rotordyn.superelement.invariants import Invariant, compared
@@ -69,11 +73,6 @@ class Asymmetry:
         return tuple(
             one for one in self.critical if one.motion == "lateral" and abs(one.multiple) == 1
         )
-
-    def largest_error(self, rule: DampingRule) -> float:
-        """Largest error estimate of the resonances of lateral motion that count, nan without."""
-        errors = [one.error for one in (*self.critical, *self.gravity) if _counts(one, rule)]
-        return max(errors, default=float("nan"))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -154,7 +153,38 @@ def asymmetry_of(
 
 def diagram_in_fixed_axes(found: Asymmetry) -> Campbell:
     """Return the strongest lines of all branches over the speed of the reference shaft."""
-    return as_campbell(found.diagram, found.frame_ratio)
+    return as_campbell(found.diagram, found.frame_ratio)[0]
+
+
+def frame_estimates(
+    found: Asymmetry,
+    standing: AssembledSystem,
+    elements: Mapping[str, Superelement],
+    at_rest: Modes,
+    rule: DampingRule,
+) -> Estimates:
+    """Return the errors of what the frame shows, and of the modes of the engine standing still."""
+    without = unestimated(elements)
+    diagram, moved = as_campbell(found.diagram, found.frame_ratio)
+    scale = error_scale(standing, diagram.eigenvalues)
+    named = dict.fromkeys(part for one in found.lateral for part in one.errors)
+    return Estimates(
+        at_rest=replace(frequency_errors(standing, at_rest), bodies_without_estimate=without),
+        campbell=CampbellErrors(
+            parts={part: change / scale for part, change in moved.items()},
+            bodies_without_estimate=without,
+            campbell=diagram,
+        ),
+        critical_speeds=CriticalSpeedErrors(
+            parts={p: np.array([one.errors.get(p, 0.0) for one in found.lateral]) for p in named},
+            bodies_without_estimate=without,
+        ),
+        free_frequencies=free_errors(elements, without),
+        comparisons=(),
+        critical=critical_records(found),
+        rule=rule,
+        resonances=tuple(r.error for r in (*found.critical, *found.gravity) if _counts(r, rule)),
+    )
 
 
 def critical_records(found: Asymmetry) -> tuple[CriticalSpeed, ...]:
@@ -228,7 +258,7 @@ def _at(
     speed = rpm / operating.ratio
     frame = abs(rotating.frame_ratio) * speed * RAD_S_PER_RPM
     found = rotating_diagram(rotating, np.array([frame]), branch_count)
-    diagram = as_campbell(found, rotating.frame_ratio)
+    diagram, _ = as_campbell(found, rotating.frame_ratio)
     first = {}
     for whirl in ("forward", "backward"):
         slow = diagram.log_decrement[:, 0] < _CREEPS

@@ -22,6 +22,7 @@ from solidwhirl.estimates.comparators import (
     coupling_comparison,
     step_comparisons,
 )
+from solidwhirl.estimates.margins import with_margin_estimates
 from solidwhirl.estimates.peaks import with_peak_estimates
 from solidwhirl.estimates.results import BeamVariants, Estimates, estimate_errors
 from solidwhirl.geometry import Body
@@ -33,6 +34,7 @@ from solidwhirl.pipeline.asymmetry import (
     asymmetry_of,
     critical_records,
     diagram_in_fixed_axes,
+    frame_estimates,
     stability_in_ranges,
 )
 from solidwhirl.pipeline.body_stages import Job, bodies_asked
@@ -208,9 +210,14 @@ def stability_of_engine(engine: Engine, asymmetry: Asymmetry | None) -> Stabilit
 def estimates_of(engine: Engine, diagram: Diagram) -> Estimates | None:
     """Estimate the errors of a diagram; None where the scene has its estimates off."""
     job = engine.job
-    if job.scene.model.estimates == "off" or engine.rotating is not None:
+    rule = job.scene.criteria.rule
+    if job.scene.model.estimates == "off":
         return None
     job.progress(Stage(name=StageName.ERROR_ESTIMATES))
+    if diagram.asymmetry is not None:
+        return frame_estimates(
+            diagram.asymmetry, engine.system, engine.elements, diagram.at_rest, rule
+        )
     with job.clock.stage("error_estimate"):
         comparisons = _comparisons(engine)
         beams = (engine.beams.variants, engine.beams.finer)
@@ -225,7 +232,7 @@ def estimates_of(engine: Engine, diagram: Diagram) -> Estimates | None:
         free_frequencies=free,
         comparisons=comparisons,
         critical=tuple(c.critical for c in diagram.critical_speeds),
-        rule=job.scene.criteria.rule,
+        rule=rule,
     )
 
 
@@ -239,7 +246,9 @@ def analyses_of(
     """
     job = engine.job
     scene = with_moments(job.scene, {n: e.mass_kg for n, e in engine.elements.items()})
-    pairs = None if estimates is None else estimates.comparisons
+    # peaks of asymmetric bodies have no estimate
+    estimated = estimates is not None and engine.rotating is None
+    pairs = estimates.comparisons if estimates and estimated else None
     seen = job.stage_cache.digest(None if pairs is None else _seen(pairs))
     seen_by_analyses = analyses.Engine(
         system=engine.system,
@@ -262,7 +271,7 @@ def analyses_of(
     for k, spec in enumerate(scene.analyses):
 
         def compute(spec: analyses.Analysis = spec) -> Outcome:
-            outcome = spec.run(seen_by_analyses)
+            outcome = with_margin_estimates(spec.run(seen_by_analyses), estimates)
             if pairs is None:
                 return outcome
             return with_peak_estimates(outcome, spec, engine.system, pairs)

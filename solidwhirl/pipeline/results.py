@@ -80,18 +80,8 @@ class Results:
 
     @cached_property
     def largest_error(self) -> float:
-        """Largest error estimate of what counts, nan without one.
-
-        With asymmetric bodies that of their resonances; where none is in the range of speeds, of
-        the modes at rest that the refinement looked at.
-        """
-        if self.estimates is not None:
-            return self.estimates.largest
-        if self.asymmetry is None or self.scene.model.estimates == "off":
-            return math.nan
-        found = self.asymmetry.largest_error(self.scene.criteria.rule)
-        kept = [r.estimate for r in self.rounds if r.kept]
-        return kept[0] if math.isnan(found) and kept else found
+        """Largest error estimate of what counts, nan without one."""
+        return math.nan if self.estimates is None else self.estimates.largest
 
     @cached_property
     def alarms(self) -> tuple[Alarm, ...]:
@@ -150,10 +140,8 @@ def _critical_rows(results: Results) -> list[Critical]:
     count = len(results.critical_speeds)
     errors = ["not estimated"] * count
     if results.estimates is not None:
-        errors = [percent(float(e)) for e in results.estimates.critical_speeds.total[:count]]
-    elif results.asymmetry is not None:
-        found = results.asymmetry.lateral
-        errors = [percent(r.error) if r.is_estimated else "not estimated" for r in found]
+        found = results.estimates.critical_speeds.total[:count]
+        errors = ["not estimated" if np.isnan(e) else percent(float(e)) for e in found]
     return [
         (f"{c.speed_rad_s * RPM_PER_RAD_S:.1f}", f"{c.frequency_hz:.2f}", c.whirl, error)
         for c, error in zip((f.critical for f in results.critical_speeds), errors, strict=True)

@@ -49,18 +49,13 @@ def verdict_document(
         "vibration": list(_vibration(document["analyses"], operating)),
         "accuracy": {
             **{key: accuracy[key] for key in ("asked", "largest_error_estimate", "met")},
-            "covers": f"{_covered(document)}, of modes that are not critically damped; "
-            "discretisation alone, neither the input nor the coupling",
+            "not_estimated": accuracy["bodies_without_estimate"],
+            "covers": "frequencies of the Campbell diagram and critical speeds, of modes that are "
+            "not critically damped; discretisation alone, neither the input nor the coupling",
         },
         "coupling_effect": coupling_effect(document),
         "alarms": [asdict(alarm) for alarm in alarms],
     }
-
-
-def _covered(document: Mapping[str, Any]) -> str:
-    if "asymmetry" in document:
-        return "critical speeds and gravity critical speeds"
-    return "frequencies of the Campbell diagram and critical speeds"
 
 
 def _critical_speeds(
@@ -92,9 +87,12 @@ def _margins(analyses: Mapping[str, Any]) -> dict[str, Any]:
     found = {n: a["verdict"] for n, a in analyses.items() if a["kind"] == "separation_margins"}
     if not found:
         return {"passed": None, "method": None, "why": "no analysis of separation margins"}
-    decisive = next((v for v in found.values() if not v["passed"]), next(iter(found.values())))
+    failed = [v for v in found.values() if not v["passed"]]
+    doubtful = [v for v in found.values() if not v["decided"]]
+    decisive = next(iter([*failed, *doubtful, *found.values()]))
     return {
-        "passed": all(v["passed"] for v in found.values()),
+        "passed": not failed,
+        "decided": decisive["decided"],
         "method": decisive["method"],
         "why": decisive["why"],
         "analyses": list(found),

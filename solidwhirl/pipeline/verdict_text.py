@@ -143,9 +143,8 @@ def _margins(found: Mapping[str, Any]) -> Iterator[Answer]:
         return
     word = "pass" if found["passed"] else "fail"
     method = {"api617": "API 617"}.get(found["method"], str(found["method"]))
-    yield Answer(
-        "Separation margins", f"{word} (by {method}): {found['why']}", bool(found["passed"])
-    )
+    good = None if found["passed"] and not found["decided"] else bool(found["passed"])
+    yield Answer("Separation margins", f"{word} (by {method}): {found['why']}", good)
 
 
 def _vibration(found: Sequence[Mapping[str, Any]]) -> Iterator[Answer]:
@@ -169,11 +168,14 @@ def _vibration(found: Sequence[Mapping[str, Any]]) -> Iterator[Answer]:
 
 def _accuracy(found: Mapping[str, Any]) -> Answer:
     largest, asked = found["largest_error_estimate"], percent_text(found["asked"])
+    names = ", ".join(found["not_estimated"])
     if largest is None:
-        return Answer("Accuracy", "no error estimates")
-    met = {True: "met", False: "NOT met", None: "not known"}[found["met"]]
-    good = None if found["met"] is None else bool(found["met"])
-    return Answer("Accuracy", f"{met}: {percent_text(largest)} estimated, {asked} asked", good)
+        return Answer("Accuracy", f"not estimated: {names}" if names else "no error estimates")
+    told, good = f"{percent_text(largest)} estimated, {asked} asked", found["met"]
+    if names and good is None:
+        return Answer("Accuracy", f"not estimated: {names}; the rest {told}")
+    met = {True: "met", False: "NOT met", None: "not known"}[good]
+    return Answer("Accuracy", f"{met}: {told}" + f"; not estimated: {names}" * bool(names), good)
 
 
 def _coupling(verdict: Mapping[str, Any]) -> Iterator[Answer]:
@@ -194,4 +196,6 @@ def percent_text(relative: float | None) -> str:
     """Return a relative error in percent, two digits; below 0.001 % it is not told how small."""
     if relative is None:
         return "-"
-    return f"{100.0 * relative:.2g} %" if relative >= 1e-5 else "< 0.001 %"
+    if relative < 1e-5:
+        return "< 0.001 %"
+    return f"{100.0 * relative:.2g} %" if relative < 0.995 else f"{100.0 * relative:.0f} %"

@@ -132,7 +132,7 @@ class StaticSpec(base.Analysis):
                 {
                     **state,
                     **_response_document(system, found),
-                    "error_estimate": errors.total if errors.parts else None,
+                    "error_estimate": None if errors.bodies_without_estimate else errors.total,
                     "error_parts": dict(errors.parts),
                     "bodies_without_estimate": list(errors.bodies_without_estimate),
                 }

@@ -43,20 +43,14 @@ def accuracy_blocks(document: Mapping[str, Any]) -> Iterator[Block]:
             "summary; how the estimates are made is in `docs/accuracy.md`."
         )
         return
-    said = "not known" if largest is None else f"{100 * largest:.2g} %"
+    said = "none" if largest is None else f"{100 * largest:.2g} %"
+    without = found["bodies_without_estimate"]
+    met = "**not estimated**" if without and found["met"] is None else _MET[found["met"]]
     lines = [
         f"Asked: **{100 * found['asked']:.2g} %** relative error of every frequency. Largest "
-        f"estimate: **{said}**, {_MET[found['met']]}."
+        f"estimate: **{said}**, {met}."
     ]
-    lines += [
-        f"- `{name}` carries no error estimate; nothing of it is in these numbers"
-        for name in found["bodies_without_estimate"]
-    ]
-    lines += [
-        f"- the error of the mesh of `{name}` is not known and not in these numbers; "
-        "compare with a finer mesh"
-        for name in found.get("meshes_without_estimate", ())
-    ]
+    lines += [f"- `{name}` {_why_not(document, name)}" for name in without]
     lines += [
         f"- `{name}` {materials_text(names)}"
         for name, names in found.get("bodies_of_several_materials", {}).items()
@@ -65,9 +59,9 @@ def accuracy_blocks(document: Mapping[str, Any]) -> Iterator[Block]:
     if effect is not None:
         lines.append(f"- {coupling_text(effect)}")
     yield Text(text="\n".join(lines))
-    given = found.get("meshes_without_estimate", ())
+    given = without
     later = [n for n, b in document["bodies"].items() if b.get("source") and n not in given]
-    parts = _error_parts(document)
+    parts = document["campbell"].get("error_parts", {})
     remarks = {"interface_coupling": "a choice of the model, not summed"}
     rows = [(p.replace("_", " "), _largest(v), remarks.get(p, "")) for p, v in parts.items()]
     if rows:
@@ -81,16 +75,19 @@ def accuracy_blocks(document: Mapping[str, Any]) -> Iterator[Block]:
         yield _rounds(found["rounds"], later)
 
 
-def _error_parts(document: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Estimates by part, of branches and speeds; of asymmetric bodies those of resonances."""
-    found = document.get("asymmetry")
-    if found is None:
-        return document["campbell"].get("error_parts", {})  # type: ignore[no-any-return]
-    parts: dict[str, list[list[float]]] = {}
-    for one in (*found["critical_speeds"], *found["gravity_critical_speeds"]):
-        for part, value in one["error_parts"].items():
-            parts.setdefault(part, []).append([value])
-    return parts
+def _why_not(document: Mapping[str, Any], name: str) -> str:
+    """Why a body has no estimate, and what to do."""
+    if name in document["accuracy"]["meshes_without_estimate"]:
+        return (
+            "has an estimate of its modes, none of its mesh, which is a given one; compare with a "
+            "finer mesh"
+        )
+    if document["bodies"][name]["level"] == "imported":
+        return (
+            "is not estimated: its matrices are taken as they are, and how well they describe the "
+            "body is not in these numbers; compare with those of a finer mesh"
+        )
+    return "is not estimated: nothing of its own error is in these numbers"
 
 
 def _largest(values: Any) -> str | None:
