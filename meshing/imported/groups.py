@@ -146,7 +146,11 @@ def _of_group(
         found = [_rows(tetrahedra, faces, own, where, group) for own in corners]
         return np.unique(np.concatenate(found))
     if group in mesh.node_groups:
-        rows = tetrahedra.corner_row[mesh.node_groups[group]]
+        chosen = np.zeros(len(tetrahedra.corner_row), dtype=bool)
+        chosen[mesh.node_groups[group]] = True
+        around, middle = tetrahedra.of_faces[:, :4], tetrahedra.of_faces[:, 4]
+        chosen[middle[chosen[around].all(axis=1)]] = True
+        rows = tetrahedra.corner_row[chosen]
         belongs = np.zeros(len(tetrahedra.points), dtype=bool)
         belongs[rows[rows >= 0]] = True
         on = np.flatnonzero(faces.outside & belongs[faces.nodes[:, :3]].all(axis=1))
@@ -161,8 +165,8 @@ def _of_group(
 def _rows(
     tetrahedra: Tetrahedra, faces: Faces, corners: IntArray, where: str, group: str
 ) -> IntArray:
-    """Faces of the mesh that make up the elements of a surface, as triangles or in halves."""
-    corners = tetrahedra.corner_row[corners]
+    """Faces of the mesh that make up the elements of a surface: triangles, halves, quarters."""
+    given, corners = corners, tetrahedra.corner_row[corners]
     if corners.shape[1] == 3:
         rows = faces.rows_of(corners)
         lost = rows < 0
@@ -172,10 +176,19 @@ def _rows(
         cuts = [faces.rows_of(corners[:, c]) for c in ([0, 1, 2], [0, 2, 3], [0, 1, 3], [1, 2, 3])]
         first = (cuts[0] >= 0) & (cuts[1] >= 0)
         second = (cuts[2] >= 0) & (cuts[3] >= 0)
-        lost = ~first & ~second
-        if not lost.any():
-            one, two = np.where(first, cuts[0], cuts[2]), np.where(first, cuts[1], cuts[3])
-            return np.concatenate([one, two])
+        one, two = np.where(first, cuts[0], cuts[2]), np.where(first, cuts[1], cuts[3])
+        halves, lost = first | second, ~first & ~second
+        middles = {tuple(own[:4]): own[4] for own in tetrahedra.of_faces.tolist()}
+        quarters = []
+        for k in np.flatnonzero(lost):
+            middle = middles.get(tuple(sorted(given[k].tolist())))
+            if middle is not None:
+                place = tetrahedra.corner_row[middle]
+                own = [[corners[k, i], corners[k, (i + 1) % 4], place] for i in range(4)]
+                quarters += faces.rows_of(np.array(own)).tolist()
+                lost[k] = False
+        if not lost.any() and -1 not in quarters:
+            return np.concatenate([one[halves], two[halves], np.array(quarters, dtype=np.int64)])
     raise MeshingError(
         f"{where}: {int(lost.sum())} of {len(lost)} surface elements of group {group!r} are no "
         "faces of volume elements"

@@ -1,20 +1,23 @@
 """Elements of all shapes into second-order tetrahedra whose faces match.
 
-Every element is cut from its corner with the lowest node number to the faces that do not have it,
-and quadrilaterals along the diagonal from their lowest corner (Dompierre, Labbé, Vallet and
-Camarero, 8th International Meshing Roundtable (1999) 195-204): neighbours cut their common face
-alike, whatever their shapes.
+Every element is cut from its first corner to the faces that do not have it, and quadrilaterals
+along the diagonal from their first corner (Dompierre, Labbé, Vallet and Camarero, 8th International
+Meshing Roundtable (1999) 195-204): neighbours cut their common face alike, whatever their shapes.
+Which of two corners is first, radius, height and the sense of the turn about z say and no number:
+what is the same after a turn is cut alike, and bends alike in all directions. Where none is first,
+as around the axis, an element or a face is cut from its middle.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.imported.records import FileMesh
 from solidwhirl.meshing.imported.surface import place_text
+from solidwhirl.meshing.imported.turning import NEAR, size_m
 from solidwhirl.meshing.own.quality import EDGES
 from solidwhirl.meshing.records import FloatArray, IntArray
 
@@ -78,6 +81,8 @@ class Tetrahedra:
     block: IntArray
     row: IntArray
     corner_row: IntArray  #: Point of every node of the file, -1 for those that are no corner
+    #: (m, 5) corners of faces that are cut from their middle, and the node there, in their rows
+    of_faces: IntArray
 
 
 def as_tetrahedra(mesh: FileMesh) -> Tetrahedra:
@@ -90,6 +95,7 @@ def as_tetrahedra(mesh: FileMesh) -> Tetrahedra:
     origin: list[IntArray] = []
     given_edges: list[IntArray] = []
     given_middles: list[FloatArray] = []
+    added = _Added(points=mesh.points, tolerance=NEAR * size_m(mesh.points[_corners_of(mesh)]))
     for k, block in enumerate(mesh.blocks):
         if block.kind not in KINDS:
             continue
@@ -97,28 +103,30 @@ def as_tetrahedra(mesh: FileMesh) -> Tetrahedra:
         corners = block.nodes[:, : CORNERS[shape]]
         if (np.diff(np.sort(corners, axis=1), axis=1) == 0).any():
             raise MeshingError(f"a {block.kind} element has a node twice; write it as what it is")
-        cut, rows = _pulled(shape, corners)
+        cut, rows = _pulled(shape, block.nodes, added)
         pieces.append(cut)
         origin.append(np.column_stack([np.full(len(rows), k), rows]))
         if middles:
             edges, places = _middles(mesh.points, shape, block.nodes)
             given_edges.append(edges)
             given_middles.append(places)
+    points = np.vstack([mesh.points, *added.places])
     corners, where = np.vstack(pieces), np.vstack(origin)
-    corners = _right_handed(mesh.points, corners, where)
+    corners = _right_handed(points, corners, where)
     edges, number = _edge_numbers(corners)
-    middle = 0.5 * (mesh.points[edges[:, 0]] + mesh.points[edges[:, 1]])
+    middle = 0.5 * (points[edges[:, 0]] + points[edges[:, 1]])
     if given_edges:
-        _put_given(edges, middle, np.vstack(given_edges), np.vstack(given_middles), mesh.points)
+        _put_given(edges, middle, np.vstack(given_edges), np.vstack(given_middles), points)
     used = np.unique(corners)
-    corner_row = np.full(len(mesh.points), -1, dtype=np.int64)
+    corner_row = np.full(len(points), -1, dtype=np.int64)
     corner_row[used] = np.arange(len(used))
     return Tetrahedra(
-        points=np.vstack([mesh.points[used], middle]),
+        points=np.vstack([points[used], middle]),
         cells=np.hstack([corner_row[corners], len(used) + number]),
         block=where[:, 0],
         row=where[:, 1],
         corner_row=corner_row,
+        of_faces=_rows_of(added.of_faces),
     )
 
 
@@ -136,34 +144,105 @@ def _refuse_unknown(mesh: FileMesh) -> None:
         )
 
 
-def _pulled(shape: str, corners: IntArray) -> tuple[IntArray, IntArray]:
-    """Tetrahedra from the lowest corner of every element, and the elements they come from.
+def _corners_of(mesh: FileMesh) -> IntArray:
+    """Nodes at the corners of volume elements."""
+    volume = (b for b in mesh.blocks if b.kind in KINDS)
+    return np.unique(np.concatenate([b.nodes[:, : CORNERS[KINDS[b.kind][0]]].ravel() for b in volume]))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Added:
+    """Nodes in the middles of elements and faces, and what decides where they are needed."""
+
+    points: FloatArray  #: Of the file, about z
+    tolerance: float  #: Radii and heights that differ by less are the same
+    places: list[FloatArray] = field(default_factory=list)
+    #: Node in the middle of a face, by its sorted corners
+    of_faces: dict[tuple[int, ...], int] = field(default_factory=dict)
+
+    def node(self, place: FloatArray) -> int:
+        """A node at a place."""
+        self.places.append(place[None])
+        return len(self.points) + len(self.places) - 1
+
+    def first_of(self, corners: IntArray) -> IntArray:
+        """The corner of each row (m, k) that is before all others, (m,); -1: none is."""
+        x, y, z = np.moveaxis(self.points[corners], 2, 0)
+        r = np.hypot(x, y)
+        a, b = (slice(None), slice(None), None), (slice(None), None, slice(None))
+        turn = x[a] * y[b] - y[a] * x[b]
+        beside = np.abs(turn) > self.tolerance * np.minimum(r[a], r[b])
+        before = np.select(
+            [np.abs(r[a] - r[b]) > self.tolerance, np.abs(z[a] - z[b]) > self.tolerance, beside],
+            [r[a] < r[b], z[a] < z[b], turn > 0.0],
+            corners[a] < corners[b],
+        )
+        before |= np.eye(corners.shape[1], dtype=bool)
+        first = before.all(axis=2)
+        return np.where(first.any(axis=1), first.argmax(axis=1), -1)
+
+
+def _pulled(shape: str, nodes: IntArray, added: _Added) -> tuple[IntArray, IntArray]:
+    """Tetrahedra from the first corner of every element, and the elements they come from.
 
     Those of one element are right-handed or left-handed together, as its own numbering is.
     """
-    lowest = corners.argmin(axis=1)
+    count, faces = CORNERS[shape], FACES[shape]
+    corners = nodes[:, :count]
+    ideal = _IDEAL[shape]
+    places = np.vstack([ideal, *(ideal[list(face)].mean(axis=0) for face in faces), ideal.mean(axis=0)])
+    # corners, middles of faces, middle; -1 where there is none
+    every = np.full((len(nodes), len(places)), -1, dtype=np.int64)
+    every[:, :count] = corners
+    first = added.first_of(corners)
+    for row in np.flatnonzero(first < 0):
+        every[row, -1] = added.node(added.points[nodes[row]].mean(axis=0))
     cut, rows = [], []
-    for apex in range(CORNERS[shape]):
-        own = np.flatnonzero(lowest == apex)
-        for face in (f for f in FACES[shape] if apex not in f):
-            for local in _triangles(corners[own], face):
-                local = np.column_stack([local, np.full(len(own), apex)])
-                at = _IDEAL[shape][local]
-                turned = np.linalg.det(at[:, 1:] - at[:, :1]) < 0.0
-                local[turned] = local[turned][:, [0, 2, 1, 3]]
-                cut.append(np.take_along_axis(corners[own], local, axis=1))
-                rows.append(own)
+    for f, face in enumerate(faces):
+        start = added.first_of(corners[:, face]) if len(face) == 4 else np.zeros(len(nodes), int)
+        uncut = np.flatnonzero(start < 0)
+        if uncut.size:
+            middle = _face_middle(added.points, shape, nodes[uncut], face)
+            for row, place in zip(uncut, middle, strict=True):
+                key = tuple(sorted(corners[row, face].tolist()))
+                if key not in added.of_faces:
+                    added.of_faces[key] = added.node(place)
+                every[row, count + f] = added.of_faces[key]
+        for s in np.unique(start):
+            round_ = np.roll(face, -int(s)) if s >= 0 else np.array(face)
+            triangles = [(round_[k], round_[k + 1], round_[0]) for k in range(1, len(face) - 1)]
+            if s < 0:
+                triangles = [(face[k], face[(k + 1) % 4], count + f) for k in range(4)]
+            for apex in np.unique(first):
+                own = np.flatnonzero((start == s) & (first == apex))
+                if apex in face or not own.size:
+                    continue
+                for triangle in triangles:
+                    local = np.array([*triangle, apex if apex >= 0 else len(places) - 1])
+                    at = places[local]
+                    if np.linalg.det(at[1:] - at[0]) < 0.0:
+                        local = local[[0, 2, 1, 3]]
+                    cut.append(every[np.ix_(own, local)])
+                    rows.append(own)
     return np.vstack(cut), np.concatenate(rows)
 
 
-def _triangles(corners: IntArray, face: tuple[int, ...]) -> list[IntArray]:
-    """Local corners (c, 3) of the triangles of a face with 3 or 4 corners."""
-    local = np.tile(np.array(face), (len(corners), 1))
-    if len(face) == 3:
-        return [local]
-    start = corners[:, face].argmin(axis=1)
-    turned = np.take_along_axis(local, (start[:, None] + np.arange(4)) % 4, axis=1)
-    return [turned[:, [0, 1, 2]], turned[:, [0, 2, 3]]]
+def _face_middle(
+    points: FloatArray, shape: str, nodes: IntArray, face: tuple[int, ...]
+) -> FloatArray:
+    """The middles of a face with four corners of elements, with or without middles of edges."""
+    corner = points[nodes[:, list(face)]]
+    if nodes.shape[1] == CORNERS[shape]:
+        return np.asarray(corner.mean(axis=1))
+    of_edge = {frozenset(pair): CORNERS[shape] + k for k, pair in enumerate(_SHAPE_EDGES[shape])}
+    around = [of_edge[frozenset((face[k], face[(k + 1) % 4]))] for k in range(4)]
+    # of the eight-node quadrilateral
+    return np.asarray(0.5 * points[nodes[:, around]].sum(axis=1) - 0.25 * corner.sum(axis=1))
+
+
+def _rows_of(faces: dict[tuple[int, ...], int]) -> IntArray:
+    """Sorted corners of faces and the nodes in their middles, (m, 5)."""
+    return np.array([(*key, node) for key, node in faces.items()], dtype=np.int64).reshape(-1, 5)
 
 
 def _right_handed(points: FloatArray, corners: IntArray, where: IntArray) -> IntArray:
@@ -195,13 +274,10 @@ def _middles(points: FloatArray, shape: str, nodes: IntArray) -> tuple[IntArray,
     count, pairs = CORNERS[shape], _SHAPE_EDGES[shape]
     corner = points[nodes[:, :count]]
     middle = points[nodes[:, count : count + len(pairs)]]
-    of_edge = {frozenset(pair): k for k, pair in enumerate(pairs)}
     edges = [nodes[:, list(pair)] for pair in pairs]
     places = [middle[:, k] for k in range(len(pairs))]
     for face in (f for f in FACES[shape] if len(f) == 4):
-        around = [of_edge[frozenset((face[k], face[(k + 1) % 4]))] for k in range(4)]
-        # the middle of the eight-node quadrilateral
-        centre = 0.5 * middle[:, around].sum(axis=1) - 0.25 * corner[:, list(face)].sum(axis=1)
+        centre = _face_middle(points, shape, nodes, face)
         for a, b in ((face[0], face[2]), (face[1], face[3])):
             edges.append(nodes[:, [a, b]])
             places.append(centre)
