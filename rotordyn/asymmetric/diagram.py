@@ -171,15 +171,18 @@ def _motions(periodic: PeriodicSystem, speed: float, turning: PeriodicMotions | 
 
 
 def _moved(rotating: RotatingSystem, state: _State, mode: int) -> dict[str, float]:
-    """|δλ| of one motion by part: yᴴ E x over yᴴ D'(λ) x of Hill's expansion."""
+    """|δλ| of one motion by part: yᴴ E x over yᴴ D'(λ) x of Hill's expansion.
+
+    0 of one that stands still, as a rigid motion does that nothing holds.
+    """
     sizes = np.abs(state.parts[:, :, mode]).max(axis=1)
     kept = np.flatnonzero(sizes > _SMALL * sizes.max(initial=0.0))
     right: Harmonics = {int(state.harmonics[k]): state.parts[k][:, mode] for k in kept}
     left: Harmonics = {int(state.harmonics[k]): state.left[k][:, mode].conj() for k in kept}
     value, speed = complex(state.values[mode]), state.speed
     change = dynamic_change(rotating, value, speed, left, right)
-    if not change:
-        return {}
+    if abs(value) <= _AT_REST * float(np.abs(state.values).max()):
+        return dict.fromkeys(change, 0.0)
     velocity, _ = state.system.at(speed)
     slope = 0.0 + 0.0j
     for h, y in left.items():

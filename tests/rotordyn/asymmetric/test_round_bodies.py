@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from flat_rotors import in_its_frame
@@ -15,6 +17,7 @@ from solidwhirl.rotordyn.asymmetric.loads import unbalance_force
 from solidwhirl.rotordyn.asymmetric.parametric.hill import hill_block
 from solidwhirl.rotordyn.asymmetric.resonances import critical_speeds
 from solidwhirl.rotordyn.asymmetric.response import steady_response
+from solidwhirl.rotordyn.estimates.eigenvalue_errors import frequency_errors
 from solidwhirl.rotordyn.response.unbalance import Unbalance, unbalance_response
 from solidwhirl.rotordyn.stability.eigenvalue_paths import prepared, solve
 from solidwhirl.rotordyn.stability.intervals import unstable_intervals
@@ -86,7 +89,7 @@ def test_eigenvalues(shafts, support):
 def test_diagram_in_fixed_axes(shafts, support):
     ordinary, rotating = both(shafts, support)
     speeds = np.array([0.0, 2000.0, 5000.0]) * RPM
-    found = as_campbell(rotating_diagram(rotating, speeds, 6), 1.0)
+    found, moved = as_campbell(rotating_diagram(rotating, speeds, 6), 1.0)
     # supports that are unlike have their branches in modes up to three times as fast
     limit = 1e-6 if rotating.periodic.stride else SAME
     for k, speed in enumerate(speeds):
@@ -96,6 +99,24 @@ def test_diagram_in_fixed_axes(shafts, support):
             assert hertz == pytest.approx(modes.frequency_hz[nearest], rel=limit)
             growth = modes.eigenvalues[nearest].real
             assert value.real == pytest.approx(growth, abs=limit * abs(value))
+    assert moved.keys() == {"mesh"}
+
+
+@pytest.mark.parametrize("support", SUPPORTS)
+def test_errors_of_the_diagram(shafts, support):
+    """What the outer shaft leaves out moves eigenvalues in either frame by the same."""
+    inner, outer = shafts
+    inner = dataclasses.replace(inner, error_forms=())
+    ordinary, rotating = both((inner, outer), support)
+    speeds = np.array([0.0, 2000.0, 5000.0]) * RPM
+    diagram, moved = as_campbell(rotating_diagram(rotating, speeds, 6), 1.0)
+    for k, speed in enumerate(speeds):
+        modes = rd.modes_at_speed(ordinary, float(speed))
+        known = frequency_errors(ordinary, modes).parts["mesh"] * np.abs(modes.eigenvalues)
+        for hertz, found in zip(diagram.frequency_hz[:, k], moved["mesh"][:, k], strict=True):
+            nearest = np.abs(modes.frequency_hz - hertz).argmin()
+            # shares of two planes that are alike are those of any two vectors
+            assert found == pytest.approx(known[nearest], rel=1e-3)
 
 
 @pytest.mark.parametrize(
