@@ -12,7 +12,7 @@ import scipy
 
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.imported.records import FileMesh
-from solidwhirl.meshing.imported.split import KINDS, as_tetrahedra
+from solidwhirl.meshing.imported.split import as_tetrahedra
 from solidwhirl.meshing.imported.surface import Faces, faces_of
 from solidwhirl.meshing.imported.turning import (
     Cut,
@@ -21,7 +21,6 @@ from solidwhirl.meshing.imported.turning import (
     cylinder_text,
     inside,
     matched_cut,
-    partners,
     size_m,
     tolerance_m,
     turned,
@@ -48,9 +47,8 @@ _WHAT_TO_DO = (
 def one_sector(found: FileMesh, count: int, materials: tuple[str, ...]) -> FileMesh:
     """Take one of `count` sectors from what a file holds, points about z in metres.
 
-    `materials`: groups of elements that have a material of their own. Nodes are renumbered so that
-    elements with quadrilaterals are cut alike on both sides of the sector (see `split`). Raises
-    MeshingError: a whole that does not consist of equal sectors.
+    `materials`: groups of elements that have a material of their own. Raises MeshingError: a whole
+    that does not consist of equal sectors.
     """
     tetrahedra = as_tetrahedra(found)
     angle = 2.0 * np.pi / count
@@ -58,26 +56,8 @@ def one_sector(found: FileMesh, count: int, materials: tuple[str, ...]) -> FileM
     tolerance = tolerance_m(tetrahedra.points, tetrahedra.cells)
     # a sector takes its angle, more with blades that hang over; the whole all
     if angles_taken(middles) > 0.5 * (angle + 2.0 * np.pi):
-        found = sector_of_whole(found, tetrahedra, count, tolerance, materials)
-    return _ordered(found, angle, tolerance)
-
-
-def _ordered(found: FileMesh, angle: float, tolerance: float) -> FileMesh:
-    """The same with nodes in the order of their partners on the other cut."""
-    nodes = np.unique(np.concatenate([b.nodes.ravel() for b in found.blocks if b.kind in KINDS]))
-    root, turns = chains(partners(found.points, nodes, angle, tolerance))
-    order = np.lexsort((turns, root))
-    rank = np.empty(len(order), dtype=np.int64)
-    rank[order] = np.arange(len(order))
-    return FileMesh(
-        points=found.points[order],
-        blocks=tuple(replace(b, nodes=rank[b.nodes]) for b in found.blocks),
-        element_groups=found.element_groups,
-        node_groups={name: rank[own] for name, own in found.node_groups.items()},
-        face_groups={
-            name: tuple(rank[own] for own in faces) for name, faces in found.face_groups.items()
-        },
-    )
+        return sector_of_whole(found, tetrahedra, count, tolerance, materials)
+    return found
 
 
 def joined_sector(

@@ -147,7 +147,9 @@ def _refuse_unknown(mesh: FileMesh) -> None:
 def _corners_of(mesh: FileMesh) -> IntArray:
     """Nodes at the corners of volume elements."""
     volume = (b for b in mesh.blocks if b.kind in KINDS)
-    return np.unique(np.concatenate([b.nodes[:, : CORNERS[KINDS[b.kind][0]]].ravel() for b in volume]))
+    return np.unique(
+        np.concatenate([b.nodes[:, : CORNERS[KINDS[b.kind][0]]].ravel() for b in volume])
+    )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -190,7 +192,9 @@ def _pulled(shape: str, nodes: IntArray, added: _Added) -> tuple[IntArray, IntAr
     count, faces = CORNERS[shape], FACES[shape]
     corners = nodes[:, :count]
     ideal = _IDEAL[shape]
-    places = np.vstack([ideal, *(ideal[list(face)].mean(axis=0) for face in faces), ideal.mean(axis=0)])
+    places = np.vstack(
+        [ideal, *(ideal[list(face)].mean(axis=0) for face in faces), ideal.mean(axis=0)]
+    )
     # corners, middles of faces, middle; -1 where there is none
     every = np.full((len(nodes), len(places)), -1, dtype=np.int64)
     every[:, :count] = corners

@@ -129,9 +129,7 @@ def _of_shaft(name: str, shaft: Shaft, wanted: Sequence[beam.Family]) -> Superel
     )
 
 
-def _mesh_form(
-    shaft: Shaft, names: Sequence[str], families: Sequence[ReducedFamily]
-) -> ErrorForm:
+def _mesh_form(shaft: Shaft, names: Sequence[str], families: Sequence[ReducedFamily]) -> ErrorForm:
     """Return what shorter elements of the same shaft would take up.
 
     Between its nodes an element follows the static answer to loads at them, so that what finer ones
@@ -175,7 +173,9 @@ def _between_nodes(
     The rows are forces on the nodes between, by the motion of both ends.
     """
     z = piece.start_m + np.linspace(0.0, piece.length_m, _PIECES + 1)
-    stiffness = beam.SectionStiffness(*(getattr(piece, k)[0] for k in beam.SectionStiffness._fields))
+    stiffness = beam.SectionStiffness(
+        *(getattr(piece, k)[0] for k in beam.SectionStiffness._fields)
+    )
     inertia = beam.SectionInertia(*(getattr(piece, k)[0] for k in beam.SectionInertia._fields))
     cut = [((k, k + 1), beam.segment((z[k], z[k + 1]), stiffness, inertia)) for k in range(_PIECES)]
     whole = family_matrices(z, cut, family)

@@ -13,6 +13,7 @@ from solidwhirl import rotordyn as rd
 from solidwhirl.beams.error import beam_theory_error
 from solidwhirl.core.displays import indented, percent
 from solidwhirl.estimates.comparators import Comparison
+from solidwhirl.rotordyn.asymmetric import at_rest as standing
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray, StringArray
 from solidwhirl.rotordyn.critical_speeds.followed import followed_critical_speeds
 from solidwhirl.rotordyn.estimates.campbell_errors import CampbellErrors, campbell_errors
@@ -26,7 +27,6 @@ from solidwhirl.rotordyn.estimates.eigenvalue_errors import (
     error_scale,
     frequency_errors,
 )
-from solidwhirl.rotordyn.asymmetric import at_rest as standing
 from solidwhirl.rotordyn.modes.damping import DEFAULT_RULE, DampingRule
 from solidwhirl.rotordyn.modes.whirl import whirl_at_speed
 from solidwhirl.rotordyn.superelement.residual_energy import NOT_SUMMED
@@ -134,7 +134,9 @@ def estimate_errors(
         speed_parts["beam_theory"] = _critical_speed_errors_of_beams(critical, diagram, of_branches)
         own = {name: elements[name] for name in beams.elements[0]}
         free = _theory_free_errors(own, beams.elements)
-    compared = [name for pair in comparisons if pair.part == "mesh" for name in pair.second_elements]
+    compared = [
+        name for pair in comparisons if pair.part == "mesh" for name in pair.second_elements
+    ]
     without = unestimated(elements, compared)
     free |= free_errors(elements, without, comparisons)
     return Estimates(

@@ -146,8 +146,6 @@ def _numbers(results: Results) -> list[int]:
     return found
 
 
-
-
 def _campbell(results: Results) -> dict[str, Any]:
     diagram, rule = results.campbell, results.scene.criteria.rule
     damped = np.isfinite(diagram.eigenvalues) & ~rule.counts(diagram.eigenvalues)

@@ -8,6 +8,7 @@ import meshio
 import numpy as np
 import pytest
 from mesh_makers import BDF, INP, brick, file_mesh, prism, request
+from scipy.spatial import ConvexHull
 from shapes import body, interface, section
 
 from solidwhirl.geometry import MATERIALS
@@ -125,6 +126,77 @@ def test_hexahedra_and_wedges_match_however_their_nodes_are_numbered():
         a, b, c = (found.points[faces.nodes[faces.outside][:, k]] for k in range(3))
         area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
         assert area.sum() == pytest.approx(10.0, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("kind", "turn"), [("even", 4), ("odd", 4), ("curved", 4), ("wedges", 6), ("one wedge", 3)]
+)
+def test_what_is_the_same_after_a_turn_is_cut_alike(kind, turn):
+    """However nodes are numbered, also where an element encloses the axis."""
+    if "wedge" in kind:
+        points, cells = prism(6, 2, 0.3, 0.4)
+        if kind == "one wedge":
+            angles = 2.0 * np.pi * np.arange(3) / 3.0
+            flat = np.column_stack([np.cos(angles), np.sin(angles)])
+            points = np.vstack([np.column_stack([flat, np.full(3, z)]) for z in (0.0, 1.0, 2.0)])
+            cells = np.array([np.arange(6), np.arange(3, 9)])
+        shape, corners = "wedge", 6
+    else:
+        count = 2 if kind == "even" else 3
+        points, cells = brick((0.6, 0.6, 0.5), (count, count, 2), (-0.3, -0.3, 0.0))
+        shape, corners = "hexahedron", 8
+    if kind == "curved":
+        pairs = [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4)]
+        pairs += [(0, 4), (1, 5), (2, 6), (3, 7)]
+        ends = np.sort(np.vstack([cells[:, list(p)] for p in pairs]), axis=1)
+        edges, at = np.unique(ends, axis=0, return_inverse=True)
+        middles = points[edges].mean(axis=1)
+        middles[:, 2] += 0.01 * np.hypot(middles[:, 0], middles[:, 1])
+        rows = len(points) + np.asarray(at).reshape(12, -1).T
+        points, cells, shape = (
+            np.vstack([points, middles]),
+            np.hstack([cells, rows]),
+            "hexahedron20",
+        )
+    random = np.random.default_rng(7)
+    for _ in range(5):
+        number = random.permutation(len(points))
+        moved = np.empty_like(points)
+        moved[number] = points
+        found = as_tetrahedra(file_mesh(moved, **{shape: number[cells]}))
+        refuse_unjoined(found.points, found.cells, faces_of(found.cells))
+        x = found.points[found.cells]
+        volume = np.linalg.det(x[:, 1:4] - x[:, :1]) / 6.0
+        assert volume.min() > 0.0
+        first = points[cells[:, :corners]]
+        assert volume.sum() == pytest.approx(
+            np.ptp(first[..., 2]) * ConvexHull(points[:, :2]).volume, rel=1e-12
+        )
+
+        # tetrahedra and the middles of their edges, in any order
+        def listed(x):
+            return {tuple(sorted(map(tuple, (np.round(own, 9) + 0.0).tolist()))) for own in x}
+
+        c, s = np.cos(2.0 * np.pi / turn), np.sin(2.0 * np.pi / turn)
+        assert listed(x @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])) == listed(x)
+
+
+@pytest.mark.parametrize("named", ["quads", "nodes"])
+def test_groups_hold_faces_that_are_cut_from_their_middle(named):
+    points, cells = brick((0.6, 0.6, 0.5), (3, 3, 2), (-0.3, -0.3, 0.0))
+    low = points[:, 2] < 1e-9
+    mesh = file_mesh(points, hexahedron=cells)
+    quads = cells[low[cells[:, :4]].all(axis=1)][:, :4]
+    groups = {"face_groups": {"low": (quads,)}} if named == "quads" else {
+        "node_groups": {"low": np.flatnonzero(low)}
+    }  # fmt: skip
+    seat = MeshInterface(name="low", coupling="rigid", group="low", box_m=None, node="axis")
+    made = mesh_of(replace(mesh, **groups), request("a.vtu", interfaces=(seat,)), "a")
+    corner = made.points[made.interfaces["low"][:, :3]]
+    area = np.linalg.norm(
+        np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1
+    )
+    assert 0.5 * area.sum() == pytest.approx(0.36, rel=1e-12)
 
 
 def test_a_pyramid_is_cut_from_its_tip_and_from_its_base():
