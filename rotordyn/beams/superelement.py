@@ -23,6 +23,7 @@ from solidwhirl.rotordyn.beams.families import (
     spatial_fields,
 )
 from solidwhirl.rotordyn.beams.shafts import Disk, Shaft, ShaftMaterial, checked_shaft
+from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.errors import SuperelementError
 from solidwhirl.rotordyn.superelement.record import InterfaceNode, Superelement
 from solidwhirl.rotordyn.superelement.residual_energy import BLOCKS, ErrorForm

@@ -90,8 +90,33 @@ def beam_variants(
         if variant.centrifugal_rule == "none":
             zero = np.zeros_like(nominal.mass)
             yield replace(nominal, stress_stiffening=zero, spin_softening=zero)
+        elif variant.seat_rule == "other":
+            yield _with_other_seats(body, components, modes) or nominal
         else:
             yield _element(body, _model(body, layout, components, variant, modes), ())
+
+
+def _with_other_seats(
+    body: Body, components: Sequence[Component], modes: int | None
+) -> Superelement | None:
+    """The body with rigid seats for those that are none, and the reverse.
+
+    None where there is none along the axis, or rigid ones would meet.
+    """
+    seats = [
+        replace(i, coupling="distributing" if i.coupling == "rigid" else "rigid")
+        if i.end_m > i.start_m
+        else i
+        for i in body.interfaces
+    ]
+    other = replace(body, interfaces=tuple(seats))
+    try:
+        layout = _layout(other, components, None)
+    except BeamLevelError:
+        return None
+    if layout.ties == _layout(body, components, None).ties:
+        return None
+    return _element(body, _model(other, layout, components, VARIANTS[0], modes), ())
 
 
 def _layout(body: Body, components: Sequence[Component], element_length_m: float | None) -> Layout:

@@ -13,6 +13,7 @@ from solidwhirl.beams.sections import ShearRule, StiffnessRule
 from solidwhirl.rotordyn.core.arrays import FloatArray
 
 CentrifugalRule = Literal["plates", "none"]
+SeatRule = Literal["given", "other"]
 
 
 class Variant(NamedTuple):
@@ -23,6 +24,7 @@ class Variant(NamedTuple):
     shear_rule: ShearRule = "weighted"
     root_rule: RootRule = "elastic"
     centrifugal_rule: CentrifugalRule = "plates"
+    seat_rule: SeatRule = "given"
 
 
 VARIANTS: tuple[Variant, ...] = (
@@ -33,23 +35,26 @@ VARIANTS: tuple[Variant, ...] = (
     Variant("shear coefficient", shear_rule="shifted"),
     Variant("shear doubled", shear_rule="doubled"),
     Variant("no centrifugal stiffness", centrifugal_rule="none"),
+    Variant("other seats", seat_rule="other"),
 )
 """Models of `beam_variants`, the one to be judged first."""
 
 # Calibrated against converged harmonic models; see tests/program/beams.
 _STEPS, _ROOTS, _COEFFICIENT, _SHORT_WAVES, _CENTRIFUGAL = 1.25, 0.5, 1.25, 2.0, 0.5
+_SEATS = 0.25
 
 
 def beam_theory_error(values: npt.ArrayLike) -> FloatArray:
     """Estimate the relative error that beam theory makes in frequencies or other numbers.
 
-    `values`: the same positive numbers from all variants, in the order of `VARIANTS`, shape (7, m).
+    `values`: the same positive numbers from all variants, in the order of `VARIANTS`, shape (8, m).
     Result: shape (m,), not negative, of the first variant. Raises BeamLevelError if the shape or
     sign is wrong.
 
-    The sum of five parts: how steps and disks stiffen a shaft, how far it gives way at the roots
-    of disks, the shear coefficient, centrifugal stiffness, of which drums have none here, and
-    short waves, for which beam theory breaks down: that part goes with the square of what shear
+    The sum of six parts: how steps and disks stiffen a shaft, how far it gives way at the roots
+    of disks, the shear coefficient, centrifugal stiffness, of which drums have none here, how far
+    a seat stiffens the shaft along it, of which a point has nothing and a rigid piece all, and short
+    waves, for which beam theory breaks down: that part goes with the square of what shear
     takes off, as its expansion in wave number does.
     """
     found = np.atleast_2d(np.asarray(values, dtype=float))
@@ -59,7 +64,7 @@ def beam_theory_error(values: npt.ArrayLike) -> FloatArray:
             "positive numbers are needed, one row for each variant"
         )
     change = np.abs(found[1:] / found[0] - 1.0)
-    soft, stiff, roots, coefficient, doubled, centrifugal = change
+    soft, stiff, roots, coefficient, doubled, centrifugal, seats = change
     steps = np.maximum(soft, stiff)
     return np.asarray(
         _STEPS * steps
@@ -67,4 +72,5 @@ def beam_theory_error(values: npt.ArrayLike) -> FloatArray:
         + _COEFFICIENT * coefficient
         + _SHORT_WAVES * doubled**2
         + _CENTRIFUGAL * centrifugal
+        + _SEATS * seats
     )

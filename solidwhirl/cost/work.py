@@ -52,7 +52,7 @@ _KEPT = 0.5
 # Beams: some milliseconds, whatever they are, and making their variants.
 _BEAM_S, _BEAM_VARIANTS_S = 0.02, 0.4
 # Diagrams of other models that estimates of beams compare with.
-_VARIANTS = 7
+_VARIANTS = 8
 
 
 class CostError(UserError):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import NamedTuple
@@ -150,7 +150,7 @@ def estimate_errors(
 
 
 def unestimated(
-    elements: Mapping[str, rd.Superelement], compared: Iterable[str] = ()
+    elements: Mapping[str, rd.Superelement], compared: Collection[str] = ()
 ) -> tuple[str, ...]:
     """Return the bodies that deform and do not tell what their elements miss, by name.
 

@@ -141,7 +141,7 @@ def _critical_rows(results: Results) -> list[Critical]:
     errors = ["not estimated"] * count
     if results.estimates is not None:
         found = results.estimates.critical_speeds.total[:count]
-        errors = ["not estimated" if np.isnan(e) else percent(float(e)) for e in found]
+        errors = ["not estimated" if math.isnan(e) else percent(float(e)) for e in found]
     return [
         (f"{c.speed_rad_s * RPM_PER_RAD_S:.1f}", f"{c.frequency_hz:.2f}", c.whirl, error)
         for c, error in zip((f.critical for f in results.critical_speeds), errors, strict=True)
