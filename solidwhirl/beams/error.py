@@ -40,8 +40,8 @@ VARIANTS: tuple[Variant, ...] = (
 """Models of `beam_variants`, the one to be judged first."""
 
 # Calibrated against converged harmonic models; see tests/program/beams.
-_STEPS, _ROOTS, _COEFFICIENT, _SHORT_WAVES, _CENTRIFUGAL = 1.25, 0.5, 1.25, 2.0, 0.5
-_SEATS = 0.25
+_STEPS, _ROOTS, _COEFFICIENT, _SHORT_WAVES, _CENTRIFUGAL = 1.5, 0.5, 1.25, 2.0, 0.5
+_SEATS = 0.5
 
 
 def beam_theory_error(values: npt.ArrayLike) -> FloatArray:

@@ -12,6 +12,9 @@ INTERVAL = {
 }  # fmt: skip
 
 
+ACCURACY = {"asked": 1e-3, "largest_error_estimate": 3e-4, "met": True, "not_estimated": []}
+
+
 def critical(rpm, *, excited=True, margin=None, factor=5.0):
     return {
         "speed_rpm": rpm, "whirl": "forward", "amplification_factor": factor, "excited": excited,
@@ -28,7 +31,7 @@ def verdict(**more):
             "critical_speeds": [],
             "margins": {"passed": None, "method": None, "why": ""},
             "vibration": [],
-            "accuracy": {"asked": 1e-3, "largest_error_estimate": 3e-4, "met": True},
+            "accuracy": ACCURACY,
             "coupling_effect": None,
         }
         | more
@@ -95,10 +98,33 @@ def test_weight_has_critical_speeds_where_a_body_bends_unlike_in_two_planes():
     assert text == "4013 rpm; 8000 rpm; 9000 rpm, and 1 more"
 
 
+@pytest.mark.parametrize(
+    ("changed", "text", "good"),
+    [
+        ({"met": False, "largest_error_estimate": 3.2},
+         "NOT met: 320 % estimated, 0.1 % asked", False),
+        ({"met": None, "not_estimated": ["a", "b"]},
+         "not estimated: a, b; the rest 0.03 % estimated, 0.1 % asked", None),
+        ({"met": None, "not_estimated": ["a"], "largest_error_estimate": None},
+         "not estimated: a", None),
+        ({"met": False, "not_estimated": ["a"]},
+         "NOT met: 0.03 % estimated, 0.1 % asked; not estimated: a", False),
+        ({"met": None, "largest_error_estimate": None}, "no error estimates", None),
+    ],
+)  # fmt: skip
+def test_accuracy_names_what_is_not_estimated(changed, text, good):
+    found = said("Accuracy", accuracy=ACCURACY | changed)
+    assert found.text == text and found.good is good
+
+
 def test_margins_vibration_and_choice_of_interfaces():
     margins = {"passed": False, "method": "api617", "why": "too near"}
     found = said("Separation margins", margins=margins)
     assert found.marked == "✗ **fail** (by API 617): too near"
+    # a pass is one where the errors of the critical speeds are known and small enough
+    for decided, good in ((True, True), (False, None), (None, None)):
+        passed = {"passed": True, "method": "api617", "why": "far", "decided": decided}
+        assert said("Separation margins", margins=passed).good is good
     places = [
         {"place": p, "api617_limit_um": 25.4, "over_sweep": None, "at_operating": own}
         for p, own in (("a.x", None), ("a.y", {"peak_to_peak_um": 9.87, "speed_rpm": 8500.0}))
