@@ -147,9 +147,8 @@ def _refuse_unknown(mesh: FileMesh) -> None:
 def _corners_of(mesh: FileMesh) -> IntArray:
     """Nodes at the corners of volume elements."""
     volume = (b for b in mesh.blocks if b.kind in KINDS)
-    return np.unique(
-        np.concatenate([b.nodes[:, : CORNERS[KINDS[b.kind][0]]].ravel() for b in volume])
-    )
+    corners = [b.nodes[:, : CORNERS[KINDS[b.kind][0]]].ravel() for b in volume]
+    return np.asarray(np.unique(np.concatenate(corners)))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

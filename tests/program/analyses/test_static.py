@@ -71,7 +71,8 @@ def test_loads_sag_and_attitude():
     assert body["sag_m"] == size.max()
     assert body["sag_at_m"] == body["axial_m"][size.argmax()]
     assert found["balance"]["relative_residual"] < 1e-9
-    assert found["bodies_without_estimate"] == ["s"] and found["error_estimate"] is None
+    # sag between stations, which shorter elements have: a few parts in a hundred of the work
+    assert found["bodies_without_estimate"] == [] and 0.0 < found["error_estimate"] < 0.1
     assert "A 1" in entry.headline and "µm (s)" in entry.headline
     head, *_ = entry.blocks()[-3:]
     assert head.title == "Loads of the bearings" and len(head.rows) == 2
