@@ -186,8 +186,10 @@ def _moved(rotating: RotatingSystem, state: _State, mode: int) -> dict[str, floa
     velocity, _ = state.system.at(speed)
     slope = 0.0 + 0.0j
     for h, y in left.items():
-        slope += 2.0 * (value + 1j * h * speed) * (y.conj() @ state.system.mass @ right[h])
-        slope += sum(y.conj() @ v @ right[h - d] for d, v in velocity.items() if h - d in right)
+        pushed = 2.0 * (value + 1j * h * speed) * (state.system.mass @ right[h])
+        for d, v in velocity.items():
+            pushed = pushed + v @ right[h - d] if h - d in right else pushed
+        slope += complex(y.conj() @ pushed)
     return {part: abs(moved / slope) for part, moved in change.items()}
 
 

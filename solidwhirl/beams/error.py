@@ -53,8 +53,7 @@ def beam_theory_error(values: npt.ArrayLike) -> FloatArray:
 
     The sum of six parts: how steps and disks stiffen a shaft, how far it gives way at the roots
     of disks, the shear coefficient, centrifugal stiffness, of which drums have none here, how far
-    a seat stiffens the shaft along it, of which a point has nothing and a rigid piece all, and short
-    waves, for which beam theory breaks down: that part goes with the square of what shear
+    a seat stiffens the shaft along it (a point does not, a rigid piece most), and short waves, for which beam theory breaks down: that part goes with the square of what shear
     takes off, as its expansion in wave number does.
     """
     found = np.atleast_2d(np.asarray(values, dtype=float))

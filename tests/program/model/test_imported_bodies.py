@@ -117,6 +117,10 @@ def test_results_say_where_a_body_came_from_and_that_its_error_is_not_known(home
     assert body["import"]["file"] == "rotor.npz" and body["import"]["format"] == "npz"
     assert body["import"]["sha256"] == scene.imported["rotor"].sha256
     assert document["accuracy"]["bodies_without_estimate"] == ["rotor"]
+    assert document["accuracy"]["met"] is document["accuracy"]["largest_error_estimate"] is None
+    assert document["verdict"]["accuracy"]["not_estimated"] == ["rotor"]
+    totals = np.array(document["campbell"]["frequency_error_estimate"], dtype=float)
+    assert np.isnan(totals).all()
     # it stands still: nobody excites a critical speed
     assert document["critical_speeds"] == []
     write_superelement(run_scene(scene).elements["rotor"], tmp_path / "again.h5")

@@ -85,9 +85,7 @@ def test_stepped_shafts_with_disks_at_speed():
         disks = [(float(stations[1]), 8.0, 0.06, 0.035), (float(stations[-1]), 3.0, 0.02, 0.012)]
         found = []
         for pieces in (1, 6):
-            fine = np.interp(
-                np.arange(pieces * count + 1) / pieces, np.arange(count + 1), stations
-            )
+            fine = np.interp(np.arange(pieces * count + 1) / pieces, np.arange(count + 1), stations)
             ends = {"left": 0.0, "right": float(stations[-1])}
             own = [np.repeat(r, pieces) for r in (radii, bores)]
             element = steel_shaft("rotor", fine, own[0], ends, disks, inner=own[1])
