@@ -51,10 +51,11 @@ def beam_theory_error(values: npt.ArrayLike) -> FloatArray:
     Result: shape (m,), not negative, of the first variant. Raises BeamLevelError if the shape or
     sign is wrong.
 
-    The sum of six parts: how steps and disks stiffen a shaft, how far it gives way at the roots
-    of disks, the shear coefficient, centrifugal stiffness, of which drums have none here, how far
-    a seat stiffens the shaft along it (a point does not, a rigid piece most), and short waves, for which beam theory breaks down: that part goes with the square of what shear
-    takes off, as its expansion in wave number does.
+    The sum of six parts: how steps and disks stiffen a shaft, how far it gives way at the roots of
+    disks, the shear coefficient, centrifugal stiffness, of which drums have none here, how far a
+    seat stiffens the shaft along it (a point does not, a rigid piece most), and short waves, for
+    which beam theory breaks down: that part goes with the square of what shear takes off, as its
+    expansion in wave number does.
     """
     found = np.atleast_2d(np.asarray(values, dtype=float))
     if found.shape[0] != len(VARIANTS) or not (np.isfinite(found).all() and (found > 0.0).all()):
