@@ -199,7 +199,7 @@ def test_film_model_in_an_environment_of_its_own(tmp_path, ross, monkeypatch):
             "--maker-spin: found 'left', allowed are x_to_y and",
         ),
         (
-            ["--from-ross", "pads.csv", "--speeds", "1:2:1"],
+            ["--from-ross", "film.toml", "--speeds", "1:2:1"],
             "--ross-python: missing; install ross-rotordynamics in an environment of its own",
         ),
         (["pads.csv", "--load-n", "3"], "load_n: the table has no column of loads"),
@@ -211,6 +211,7 @@ def test_film_model_in_an_environment_of_its_own(tmp_path, ross, monkeypatch):
 )
 def test_refusals(pads, monkeypatch, words, said):
     monkeypatch.chdir(pads.parent)
+    (pads.parent / "film.toml").write_text('model = "Film"')
     done = bearing(*words)
     assert done.exit_code == 2, done.output
     assert said in done.output

@@ -15,7 +15,7 @@ from solidwhirl.core.errors import OutputError
 from solidwhirl.watch.server import Server
 
 # a whole number that no double can hold
-HUGE = '{"do": "move", "positions": {"bearings.a.stiffness_n_per_m": 1' + "0" * 400 + "}}"
+HUGE = '{"do": "move", "positions": {"bearings.1.stiffness_n_per_m": 1' + "0" * 400 + "}}"
 
 
 @pytest.fixture

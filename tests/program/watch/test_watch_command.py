@@ -80,7 +80,7 @@ def test_the_browser_is_not_started_with_the_token(scene_path, tmp_path):
         page = Path(said.removeprefix("file://"))
         assert address in page.read_text() and page.parent.stat().st_mode & 0o077 == 0
         process.send_signal(signal.SIGINT)
-        process.wait(60)
+        process.communicate(timeout=60)
     finally:
         process.kill()
-        process.wait()
+        process.communicate()
