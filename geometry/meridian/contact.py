@@ -212,7 +212,9 @@ def refuse_tiny_details(body: Body, graph: PlaneGraph, detail_m: float) -> None:
             continue
         point = curve.start if length < detail_m else int(others[np.argmin(distance)])
         raise GeometryError(
-            _detail_message(body, graph, number, point, min(length, float(distance.min(initial=np.inf))))
+            _detail_message(
+                body, graph, number, point, min(length, float(distance.min(initial=np.inf)))
+            )
             + f"; the smallest length allowed is {detail_m:.3g} m"
         )
 

@@ -178,6 +178,12 @@ def test_one_damage_fails_its_own_check(file, damage, name, concerns):
     assert "failed" in done.stdout
 
 
+def test_a_mass_without_inertia_fails_the_check_of_its_inertia(file):
+    scaled(file, "body/J_com", np.index_exp[:], 0.0)
+    done = run(file)
+    assert done.exit_code == 3 and "polar inertia of the tilts: inf" in done.stderr
+
+
 def test_unreadable_files(file, tmp_path):
     missing = tmp_path / "none.h5"
     cut = tmp_path / "cut.h5"
