@@ -90,7 +90,7 @@ def verdict_scalars(verdict: Mapping[str, Any]) -> dict[str, float]:
         "unstable_from_rpm": verdict["unstable_from_rpm"],
         "first_forward_log_decrement": min((d for d in forward if d == d), default=None),
         "margins_passed": verdict["margins"]["passed"],
-        "margins_decided": verdict["margins"].get("decided"),
+        "margins_decided": verdict["margins"]["decided"],
         "accuracy_met": verdict["accuracy"]["met"],
         "largest_vibration_um": largest_of(s.get("peak_to_peak_um") for s in swings),
     }

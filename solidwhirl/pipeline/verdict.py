@@ -86,7 +86,8 @@ def _margins(analyses: Mapping[str, Any]) -> dict[str, Any]:
     """All analyses of margins together: the first that fails says why."""
     found = {n: a["verdict"] for n, a in analyses.items() if a["kind"] == "separation_margins"}
     if not found:
-        return {"passed": None, "method": None, "why": "no analysis of separation margins"}
+        why = "no analysis of separation margins"
+        return {"passed": None, "decided": None, "method": None, "why": why}
     failed = [v for v in found.values() if not v["passed"]]
     doubtful = [v for v in found.values() if not v["decided"]]
     decisive = next(iter([*failed, *doubtful, *found.values()]))

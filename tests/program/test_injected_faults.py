@@ -282,14 +282,14 @@ def test_a_wrong_simplification_is_found(name, monkeypatch):
 
 
 def test_an_estimate_beside_a_wrong_number_is_not_believed(monkeypatch):
-    """An estimate of 1e-15 of wrong frequencies: the accuracy is not called met."""
+    """A small estimate of wrong frequencies: the accuracy is not called met."""
     data, put, _ = FAULTS["cross terms of a bearing dropped"]
     data = data | {"model": {"estimates": "on"}}
     right = results_document(run_scene(parse_scene(data)))["accuracy"]
     assert right["met"] is True and right["failed_checks"] == 0
     put(monkeypatch)
     wrong = results_document(run_scene(parse_scene(data)))["accuracy"]
-    assert wrong["largest_error_estimate"] < 1e-9
+    assert wrong["largest_error_estimate"] <= wrong["asked"]
     assert wrong["met"] is None and wrong["failed_checks"] > 0
 
 

@@ -398,7 +398,8 @@ DOCUMENT = {
             {"first_forward": {"log_decrement": 0.2, "frequency_hz": 9.0}},
             {"first_forward": {"log_decrement": -0.1, "frequency_hz": 9.0}},
         ],
-        "margins": {"passed": None},
+        "margins": {"passed": None, "decided": None},
+        "accuracy": {"met": None, "not_estimated": ["rotor"]},
         "vibration": [
             {"at_operating": {"peak_to_peak_um": 30.0}},
             {"at_operating": None},
@@ -411,7 +412,7 @@ DOCUMENT = {
 
 def test_row_of_a_document_with_nulls_and_a_failed_check(rigid_case):
     row = row_of_document(rigid_case[0], DOCUMENT, 1.0, 1)
-    said = "check failed: rotor: mass symmetric; 700 rpm: unstable"
+    said = "check failed: rotor: mass symmetric; 700 rpm: unstable; not estimated: rotor"
     assert (row.status, row.message) == ("checks_failed", said)
     assert row.responses == {
         "verdict.stable": 0.0,
