@@ -150,13 +150,7 @@ def test_a_soft_layer_softens() -> None:
 def test_patch_of_a_pulled_stack(made) -> None:
     """Uniform stress with a jump t/k on a plane face is a solution, to rounding."""
     tension, springs = 1e6, (3e12, 1e12)
-    sections = (ring("one", 0.0, 0.1, BORE, SEAT), ring("two", 0.1, 0.25, BORE, SEAT))
-    body = Body(
-        name="stack",
-        sections=sections,
-        joints=(Joint(between=("one", "two"), stiffness_n_per_m3=springs),),
-    )
-    found = made(body, 0)
+    found = made(flanged(Joint(between=("shaft", "hub"), stiffness_n_per_m3=springs)), 0)
     x = found.space.tabulate_dof_coordinates()
     flat = found.level == "harmonic"
     z, across = (x[:, 0], x[:, [1]] * [1.0, 0.0]) if flat else (x[:, 2], x[:, :2])
@@ -187,6 +181,12 @@ def coned(joint: Joint) -> Body:
     shaft = replace(ring("shaft", 0.0, LENGTH, BORE, SEAT), outer_radius_m=(0.04, 0.055))
     hub = replace(ring("hub", 0.0, LENGTH, SEAT, RIM), inner_radius_m=(0.04, 0.055))
     return Body(name="cone", sections=(shaft, hub), joints=(joint,))
+
+
+def flanged(joint: Joint) -> Body:
+    """Two rings on one plane."""
+    parts = (("shaft", 0.0, 0.1, BORE, SEAT), ("hub", 0.1, 0.25, BORE, SEAT))
+    return Body(name="flange", sections=tuple(ring(*part) for part in parts), joints=(joint,))
 
 
 @pytest.mark.parametrize("level", [operators, solid])
@@ -414,6 +414,28 @@ def test_a_clamped_flange_keeps_the_force_of_its_bolts() -> None:
 def test_refused_fits(joint: Joint, top: float, message: str) -> None:
     with pytest.raises(ReductionError, match=message):
         operators(fitted(joint), 0, top=top)
+
+
+@pytest.mark.parametrize(
+    ("made", "order", "moves"),
+    [
+        (fitted, 0, "slides along the axis"),
+        (coned, 0, "turns about the axis"),
+        (fitted, 1, None),
+        (coned, 1, None),
+        (flanged, 0, "turns about the axis"),
+        (flanged, 1, "slides across the axis"),
+    ],
+)
+def test_what_no_spring_along_the_face_holds_is_refused(made, order, moves) -> None:
+    """A cone can not slide along the axis; planes slide across it, cylinders and cones do not."""
+    body = made(Joint(between=("shaft", "hub"), stiffness_n_per_m3=(1e13, 0.0)))
+    if moves is None:
+        elastic = elastic_hz(operators(body, order, size=0.02), 100.0)
+        assert (elastic > 100.0).all()
+        return
+    with pytest.raises(ReductionError, match=f"is 0, so that one section {moves} freely against"):
+        operators(body, order, size=0.02)
 
 
 def test_pressed_faces_are_cylinders_or_planes() -> None:
