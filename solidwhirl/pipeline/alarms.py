@@ -8,6 +8,7 @@ from typing import Any
 
 from solidwhirl.analyses.base import Operating
 from solidwhirl.analyses.stability_summary import Stability, covering, interval_text
+from solidwhirl.core.joint_states import JointState
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.stability.intervals import UnstableInterval
 
@@ -16,8 +17,8 @@ from solidwhirl.rotordyn.stability.intervals import UnstableInterval
 class Alarm:
     """Something physical that the results warn of."""
 
-    #: "unstable", "unstable operation", "response above threshold" (run-ups too), "run-up diverged"
-    #: or "compared model diverged"
+    #: "unstable", "unstable operation", "response above threshold" (run-ups too), "run-up
+    #: diverged", "compared model diverged" or "joint lifts"
     kind: str
     #: One line, rpm first
     message: str
@@ -37,6 +38,25 @@ def alarms_of(
         *_responses(stability, analyses),
     )
     return (*_one_per_onset(unstable), *_run_ups(analyses))
+
+
+def joint_alarms(body: str, ratio: float, joints: Sequence[JointState]) -> Iterator[Alarm]:
+    """One line for each face of a body that lifts up to its largest speed.
+
+    `ratio`: of the body's speed to that of the reference shaft, which alarms are told at.
+    """
+    for joint in joints:
+        first, top = joint.lifts_at_rad_s, float(joint.speeds_rad_s[-1])
+        if first is None or first > top:
+            continue
+        scale = RPM_PER_RAD_S / abs(ratio or 1.0)
+        yield Alarm(
+            kind="joint lifts",
+            message=f"{scale * first:.6g} rpm: the face of {joint.between[1]} on "
+            f"{joint.between[0]} ({body}) begins to lift; "
+            f"{100.0 * joint.lifted_part[-1]:.2g} % of it is open at {scale * top:.6g} rpm",
+            speed_rpm=scale * first,
+        )
 
 
 def _one_per_onset(alarms: Sequence[Alarm]) -> Iterator[Alarm]:
