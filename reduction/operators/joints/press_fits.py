@@ -195,6 +195,4 @@ def _springs(joint: Joint, unit: float) -> JointSprings:
     """Springs of a joint that is closed; `unit`: Young's modulus over the largest radius."""
     stiff = joint.stiffness_n_per_m3 or (_STIFF * unit,) * 2
     along = 0.0 if joint.is_pressed else stiff[1]
-    return JointSprings(
-        moving_n_per_m3=stiff, static_n_per_m3=(stiff[0], along or _SLACK * unit)
-    )
+    return JointSprings(moving_n_per_m3=stiff, static_n_per_m3=(stiff[0], along or _SLACK * unit))
