@@ -228,24 +228,28 @@ def modes_with_own_solver(
     """
     operators, free = problem.operators, problem.free
     stiffness = _spinning_stiffness(operators, speed)
+    did, spinning = [("factorisation", "")], None
     if isinstance(factor, ConstrainedIteration):
-        matrix = shifted_matrix(operators, stiffness, problem.shift)
+        did, matrix = [], shifted_matrix(operators, stiffness, problem.shift)
         found = interior_modes(problem, replace(factor, matrix=matrix), start=at_rest)
-        refuse_instability(operators, int(np.sum(found.known <= 0.0)), speed, free)
-        for made in {id(m): m for m in (matrix, stiffness)}.values():
-            made.destroy()
-        return found.vectors, (("fixed-interface modes", f": {found.asked}"),)
-    did = [("factorisation", "")]
-    spinning = shifted_factor(operators, stiffness, problem.rows, problem.shift)
-    negative = spinning.indefinite_count
-    if free.shape[1]:
-        # the shift of a body with free motions lifts what has just lost its stiffness
-        negative = negative_count(operators, stiffness, problem.rows, free)
-        did.insert(0, ("count of negative stiffness", ": 1 factorisation"))
-    refuse_instability(operators, negative, speed, free)
-    found = interior_modes(problem, spinning)
-    spinning.destroy()
-    stiffness.destroy()
+        negative, made = int(np.sum(found.known <= 0.0)), [matrix, stiffness]
+    else:
+        spinning = shifted_factor(operators, stiffness, problem.rows, problem.shift)
+        negative, made = spinning.indefinite_count, [spinning, stiffness]
+        if free.shape[1]:
+            # the shift of a body with free motions lifts what has just lost its stiffness
+            negative = negative_count(operators, stiffness, problem.rows, free)
+            did.insert(0, ("count of negative stiffness", ": 1 factorisation"))
+    waves = bool(negative) and operators.harmonic != 0 and not operators.rotating
+    if not waves:
+        refuse_instability(operators, negative, speed, free)
+        found = found if spinning is None else interior_modes(problem, spinning)
+    for each in {id(m): m for m in made}.values():
+        each.destroy()
+    if waves:
+        # one that stands still in space has no stiffness there, and Coriolis forces hold it
+        turning = replace(problem, operators=replace(operators, rotating=True))
+        return modes_with_own_solver(turning, factor, at_rest, speed)
     return found.vectors, (*did, ("fixed-interface modes", f": {found.asked}"))
 
 

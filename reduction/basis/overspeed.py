@@ -47,9 +47,12 @@ def refuse_instability(
     """
     if negative <= 0:
         return
-    lost = speed_without_stiffness(operators, free)
+    lost, change = (
+        speed_without_stiffness(operators, free),
+        "Kσ" if operators.rotating else "(Kσ - S)",
+    )
     raise ReductionError(
-        f"at {speed_rad_s * _RPM:.6g} rpm the body has lost its stiffness: K + Ω²(Kσ - S) has "
+        f"at {speed_rad_s * _RPM:.6g} rpm the body has lost its stiffness: K + Ω²{change} has "
         f"{negative} negative eigenvalues with its interfaces held, the first of "
         f"them from {lost * _RPM:.7g} rpm on"
     )
@@ -139,7 +142,9 @@ def centrifugal_load(operators: BodyOperators, block: FloatArray) -> FloatArray:
     """Centrifugal part of the stiffness whose modes the basis has, times a block of vectors.
 
     Kσ - S in the inertial frame. In the frame of the body Kσ alone: above a critical speed of the
-    held body K + Ω²(Kσ - S) is not positive, and Coriolis forces hold it.
+    held body K + Ω²(Kσ - S) is not positive, and Coriolis forces hold it. Fields of order 1 and
+    more are held so in the inertial frame too, where a wave on the body stands still in it (see
+    `fixed_interface_modes.modes_with_own_solver`).
     """
     stiffening = apply(operators.stress_stiffening, block)
     if operators.rotating:

@@ -34,8 +34,9 @@ class Coupling:
     unknowns: Unknowns  #: û, and the displacement u = T û
     rows: Matrix  #: (local û, b) rows B of the interface coordinates q = Bᴴ û
     coordinates: tuple[tuple[str, str], ...]  #: (interface, component) of every row
-    #: (local û, a) rows of axial motion and torsion at the first interface that are no coordinates.
-    #: Held at zero they cost no modes: in a body of revolution both decouple from lateral motion.
+    #: (local û, a) rows of axial motion and torsion at the first interface where neither is a
+    #: coordinate. Held at zero they cost no modes: in a body of revolution both decouple from
+    #: lateral motion. Where one of them is a coordinate the other is free.
     anchors: Matrix
     #: Rigid motions about the origin by component, local rows of û
     rigid_motions: Mapping[str, Matrix]
@@ -74,7 +75,8 @@ def couple(
         for i in interfaces
     }
     coordinates = tuple((i.name, c) for i in interfaces for c in wanted[i.name])
-    carried = {c for _, c in coordinates}
+    turns_even = shape not in ("any", "asymmetric")
+    anchored = turns_even and not any(c in ("uz", "rz") for _, c in coordinates)
     rigid = [i for i in interfaces if i.coupling == "rigid"]
     unknowns = body_unknowns(space, kin, facet_tags, rigid)
     motions = [c for c in COMPONENTS if c in kin.rigid_motions]
@@ -88,8 +90,8 @@ def couple(
             means = _mean_motions(space, kin, facet_tags[interface.name], interface)
             maps = {c: unknowns.loads(means[c][:, None]) for c in motions}
         columns += [maps[c] for c in wanted[interface.name]]
-        if interface is interfaces[0] and shape not in ("any", "asymmetric"):
-            anchors += [maps[c] for c in ("uz", "rz") if c in maps and c not in carried]
+        if interface is interfaces[0] and anchored:
+            anchors += [maps[c] for c in ("uz", "rz") if c in maps]
     rows = np.hstack(columns)
     _refuse_equal(rows, coordinates, space.mesh.comm)
     return Coupling(

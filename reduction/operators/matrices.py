@@ -158,7 +158,7 @@ def build_operators(
     if isinstance(body, Body) and body.joints:
         own: tuple[Any, forms.Medium, Any] = (space, matter, facet_tags)
         meridian = own if dimension == 2 else _meridian_of(mesh, degree, comm)
-        found = settle(*meridian, body.joints, materials, effects.maximum_speed_rad_s)
+        found = settle(*meridian, body.joints, materials, effects.maximum_speed_rad_s, order or 0)
         joints = _in_body(*own, kin, found)
     if order is None:
         assembly = _assemble_solid(space, kin, matter, degree, effects, coupling)

@@ -302,35 +302,38 @@ def _range_notes(
 def _indefinite_notes(
     assembled: AssembledSystem, at_speeds: Sequence[Tracked]
 ) -> Iterator[TrackingNote]:
-    known: float | None = None
+    """Say where the stiffness has a negative eigenvalue more than before."""
+    known: tuple[float, int] | None = None
     for at_speed in at_speeds:
         count, speed = at_speed.modes.negative_stiffness_count, at_speed.modes.speed_rad_s
-        if not count:
-            known = speed
-            continue
-        if known is None:
+        if known is None and count:
             text = f"the stiffness has {count} negative eigenvalue(s) at {speed:.6g} rad/s"
-        else:
-            speed, count = _loss_of_stiffness(assembled, known, speed)
-            text = f"from {speed:.6g} rad/s on the stiffness has {count} negative eigenvalue(s)"
-        yield TrackingNote(kind="indefinite", speed_rad_s=speed, branches=(), text=text)
-        return
+            yield TrackingNote(kind="indefinite", speed_rad_s=speed, branches=(), text=text)
+        elif known is not None and count > known[1]:
+            place, found = _loss_of_stiffness(assembled, known, speed)
+            text = f"from {place:.6g} rad/s on the stiffness has {found} negative eigenvalue(s)"
+            yield TrackingNote(kind="indefinite", speed_rad_s=place, branches=(), text=text)
+        known = speed, count
 
 
 def _loss_of_stiffness(
-    assembled: AssembledSystem, definite: float, indefinite: float
+    assembled: AssembledSystem, known: tuple[float, int], beyond: float
 ) -> tuple[float, int]:
-    """Return the speed between two at which K + Ω²K2 turns indefinite, and the count there."""
+    """Return the speed beyond which K + Ω²K2 has more negative eigenvalues, and how many.
+
+    `known`: a speed and the count there. `beyond`: a speed where there are more.
+    """
 
     def negative(speed: float) -> int:
         return scaled_stiffness(assembled, matrices_at_speed(assembled, speed)).negative_count
 
+    low, count = known
     for _ in range(_HALVINGS):
-        middle = 0.5 * (definite + indefinite)
-        if middle in (definite, indefinite):
+        middle = 0.5 * (low + beyond)
+        if middle in (low, beyond):
             break
-        definite, indefinite = (definite, middle) if negative(middle) else (middle, indefinite)
-    return indefinite, negative(indefinite)
+        low, beyond = (low, middle) if negative(middle) > count else (middle, beyond)
+    return beyond, negative(beyond)
 
 
 def _end_notes(assembled: AssembledSystem, at_speeds: Sequence[Tracked]) -> Iterator[TrackingNote]:

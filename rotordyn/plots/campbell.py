@@ -32,7 +32,7 @@ _NOTES = {
     "begun": (charts.Look("@ink", "", "triangle-left-open", 11), True),
     "ended": (charts.Look("@ink", "", "triangle-right-open", 11), True),
 }
-_ACROSS = {"range": "end of the basis", "indefinite": "stiffness indefinite"}
+_ACROSS = {"range": "end of the basis", "indefinite": "a mode stands still in space"}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -266,8 +266,9 @@ def lost_stiffness(element: Superelement) -> float:
 
     `element`: the body; M positive definite, with a finite top speed. Returns −Ω² min θ, (Kgeo − S)
     x = θ K x over the elastic free modes x: K + Ω²(Kgeo − S) is positive if it is below 1, and the
-    stiffness is lost at Ω over its root. Negative if all motions stiffen. In the rotating frame
-    that of Kgeo alone.
+    stiffness is lost at Ω over its root. Negative if all motions stiffen. Of motions that turn with
+    the body, and in the rotating frame, that of Kgeo alone: S takes all stiffness where a wave on
+    the body stands still in space, or a shaft is at a critical speed, and Coriolis forces hold it.
     """
     matrices = free_body_matrices(element)
     tie = np.eye(element.size) if element.constraint is None else element.constraint
@@ -275,9 +276,11 @@ def lost_stiffness(element: Superelement) -> float:
         tie.T @ matrix @ tie
         for matrix in (matrices.stiffness, matrices.mass, matrices.centrifugal_stiffness)
     )
-    if element.frame == "rotating":
-        # a body that runs above a critical speed is held by Coriolis forces
-        change = tie.T @ element.stress_stiffening @ tie
+    turns = element.spin_generator
+    if element.frame == "rotating" or turns is not None:
+        still = np.zeros(element.size) if turns is None else ~turns.any(axis=0)
+        softening = element.spin_softening * np.outer(still, still)
+        change = tie.T @ (element.stress_stiffening - softening) @ tie
     if not change.any():
         return 0.0
     values, vectors = la.eigh(stiffness, mass)

@@ -153,19 +153,31 @@ def _needs(scene: Scene) -> tuple[tuple[str, list[str], str, str, str], ...]:
         ),
         (
             "axial",
-            acting_on(scene, "axial"),
-            "joints act along the axis",
+            *_of_order_0(scene, "axial", "torsion", "joints act along the axis"),
             "nothing acts along the axis, and lateral motion does not couple to it" + _kept(scene),
             order_0,
         ),
         (
             "torsion",
-            acting_on(scene, "torsion"),
-            "bearings or gears act on torsion",
+            *_of_order_0(scene, "torsion", "axial", "bearings or gears act on torsion"),
             "nothing acts on torsion, and lateral motion does not couple to it" + _kept(scene),
             order_0,
         ),
     )
+
+
+def _of_order_0(scene: Scene, own: str, other: str, reason: str) -> tuple[list[str], str]:
+    """What calls for one of the two motions of order 0, and why: what acts on it, else the other.
+
+    A body that moves along its axis turns about it too, freely if nothing acts on that.
+    """
+    acting = acting_on(scene, own)
+    asked = getattr(scene.effects, other)
+    beside = [] if asked == "off" else acting_on(scene, other)
+    beside += [f"the scene says {other} on"] if asked == "on" and not beside else []
+    if acting or not beside:
+        return acting, reason
+    return beside, f"free beside {other}: nothing acts on it, but order 0 is carried whole"
 
 
 def _called_for(scene: Scene) -> tuple[Effect, ...]:

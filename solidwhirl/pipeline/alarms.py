@@ -8,16 +8,21 @@ from typing import Any
 
 from solidwhirl.analyses.base import Operating
 from solidwhirl.analyses.stability_summary import Stability, covering, interval_text
+from solidwhirl.core.joint_states import JointState
+from solidwhirl.rotordyn.campbell.branches import TrackingNote
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.stability.intervals import UnstableInterval
+
+# Around the speed at which a stiffness is lost, as far as that and an onset are found.
+_AROUND = (0.999, 1.001)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Alarm:
     """Something physical that the results warn of."""
 
-    #: "unstable", "unstable operation", "response above threshold" (run-ups too), "run-up diverged"
-    #: or "compared model diverged"
+    #: "unstable", "unstable operation", "response above threshold" (run-ups too), "run-up
+    #: diverged", "compared model diverged", "meets order 1" or "joint lifts"
     kind: str
     #: One line, rpm first
     message: str
@@ -37,6 +42,43 @@ def alarms_of(
         *_responses(stability, analyses),
     )
     return (*_one_per_onset(unstable), *_run_ups(analyses))
+
+
+def order_alarms(notes: Sequence[TrackingNote], stability: Stability) -> Iterator[Alarm]:
+    """One line for each speed at which a stable mode stands still in space.
+
+    `notes`: of the Campbell diagram. The frequency of the mode is 1/rev in the axes of the shaft;
+    where it is unstable from there on, that is said instead.
+    """
+    for note in notes:
+        speed = note.speed_rad_s
+        beyond = covering(stability.intervals, *(f * speed * RPM_PER_RAD_S for f in _AROUND))
+        if note.kind == "indefinite" and speed > 0.0 and not beyond:
+            yield Alarm(
+                kind="meets order 1",
+                message=f"{speed * RPM_PER_RAD_S:.6g} rpm: a mode stands still in space, at 1/rev "
+                "in the axes of what turns: loads that stand still, such as weight, excite it",
+                speed_rpm=speed * RPM_PER_RAD_S,
+            )
+
+
+def joint_alarms(body: str, ratio: float, joints: Sequence[JointState]) -> Iterator[Alarm]:
+    """One line for each face of a body that lifts up to its largest speed.
+
+    `ratio`: of the body's speed to that of the reference shaft, which alarms are told at.
+    """
+    for joint in joints:
+        first, top = joint.lifts_at_rad_s, float(joint.speeds_rad_s[-1])
+        if first is None or first > top:
+            continue
+        scale = RPM_PER_RAD_S / abs(ratio or 1.0)
+        yield Alarm(
+            kind="joint lifts",
+            message=f"{scale * first:.6g} rpm: the face of {joint.between[1]} on "
+            f"{joint.between[0]} ({body}) begins to lift; "
+            f"{100.0 * joint.lifted_part[-1]:.2g} % of it is open at {scale * top:.6g} rpm",
+            speed_rpm=scale * first,
+        )
 
 
 def _one_per_onset(alarms: Sequence[Alarm]) -> Iterator[Alarm]:

@@ -16,6 +16,9 @@ LATERAL = ("ux", "uy")
 # Motions by the effect they belong to, whose name begins the keys of a bearing that act on them.
 _MOTIONS = {"tilt": ("rx", "ry"), "axial": ("uz",), "torsion": ("rz",)}
 EFFECT_OF = {motion: effect for effect, motions in _MOTIONS.items() for motion in motions}
+# Carried together: both planes, so that a body stays the same in all directions; and all of order
+# 0, since a body that moves along its axis turns about it too, freely if nothing acts on that.
+_TOGETHER = ({"rx", "ry"}, {"uz", "rz"})
 
 
 def motions_acted_on(scene: Scene) -> dict[str, tuple[tuple[str, str], ...]]:
@@ -87,7 +90,8 @@ def carried_motions(scene: Scene, on: set[str]) -> dict[str, tuple[str, ...]]:
     """Motions that every interface carries under the effects that are on.
 
     Returns by place "body.interface", in the order ux, uy, uz, rx, ry, rz. An effect that the scene
-    switches on itself, not by what acts, is carried by all interfaces.
+    switches on itself, not by what acts, is carried by all interfaces. Where an interface carries
+    one of uz and rz it carries both, also beside an effect that is off.
     """
     acted = motions_acted_on(scene)
     everywhere = {
@@ -106,7 +110,6 @@ def carried_motions(scene: Scene, on: set[str]) -> dict[str, tuple[str, ...]]:
         for place in places:
             motions = {m for m, _ in acted.get(place, ()) if EFFECT_OF[m] in on}
             motions |= everywhere | set(LATERAL) | (moved if place in disks else set())
-            if motions & {"rx", "ry"}:  # both, so that the body stays the same in all directions
-                motions |= {"rx", "ry"}
+            motions |= {m for pair in _TOGETHER if motions & pair for m in pair}
             out[place] = tuple(m for m in MOTIONS if m in motions)
     return out

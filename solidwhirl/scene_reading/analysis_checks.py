@@ -291,7 +291,7 @@ def _axial_problems(scene: Scene, gravity: tuple[float, float, float] | None) ->
     """Weight along an axis along which nothing moves."""
     if gravity is not None and gravity[2] != 0.0 and not _moves_axially(scene):
         yield (
-            f"gravity_m_per_s2: {gravity[2]:g} along z, but no body can move along the axis; "
+            f"gravity_m_per_s2: {gravity[2]:g} along z, but nothing holds a body along the axis: "
             "nothing acts on uz or the effect axial is off"
         )
 

@@ -70,8 +70,8 @@ def held_space(operators: BodyOperators) -> FloatArray:
 def speed_of_loss_rad_s(body: Body, level: str, size: MeshSize, order: int) -> float:
     """Speed at which a body, held or free, has lost its stiffness, without the program's solvers.
 
-    Lowest θ of (Kσ - S) x = θ K x by SuperLU and ARPACK; a body without interfaces is held against
-    rigid motions.
+    Lowest θ of (Kσ - S) x = θ K x by SuperLU and ARPACK, of order 1 of Kσ x = θ K x: what the spin
+    takes there is held by Coriolis forces. A body without interfaces is held against rigid motions.
     """
     operators = operators_of(body, level, size, order)
     k = sparse(operators.stiffness)
@@ -83,7 +83,9 @@ def speed_of_loss_rad_s(body: Body, level: str, size: MeshSize, order: int) -> f
     border = scipy.sparse.csr_matrix(rows / np.linalg.norm(rows, axis=0) * scale)
     whole = scipy.sparse.bmat([[k, border], [border.T, None]], format="csc")
     factor = scipy.sparse.linalg.splu(whole)
-    change = sparse(operators.stress_stiffening) - sparse(operators.spin_softening)
+    change = sparse(operators.stress_stiffening)
+    if order == 0:
+        change = change - sparse(operators.spin_softening)
     operators.release()
     n, b = k.shape[0], rows.shape[1]
 

@@ -58,9 +58,9 @@ def _speed_error(level: str, held: bool, order: int) -> float:
 
 
 def _wrong_decisions(level: str, held: bool, order: int) -> float:
-    """Speeds a millionth below that are refused, a millionth or half above that are not."""
+    """Speeds a millionth below that are refused, a millionth or 0.4 above that are not."""
     below = _answer(level, order, held, 1.0 - 1e-6)
-    above = [_answer(level, order, held, part) for part in (1.0 + 1e-6, 1.5)]
+    above = [_answer(level, order, held, part) for part in (1.0 + 1e-6, 1.4)]
     return float(bool(below) + sum("lost its stiffness" not in text for text in above))
 
 

@@ -150,13 +150,7 @@ def test_a_soft_layer_softens() -> None:
 def test_patch_of_a_pulled_stack(made) -> None:
     """Uniform stress with a jump t/k on a plane face is a solution, to rounding."""
     tension, springs = 1e6, (3e12, 1e12)
-    sections = (ring("one", 0.0, 0.1, BORE, SEAT), ring("two", 0.1, 0.25, BORE, SEAT))
-    body = Body(
-        name="stack",
-        sections=sections,
-        joints=(Joint(between=("one", "two"), stiffness_n_per_m3=springs),),
-    )
-    found = made(body, 0)
+    found = made(flanged(Joint(between=("shaft", "hub"), stiffness_n_per_m3=springs)), 0)
     x = found.space.tabulate_dof_coordinates()
     flat = found.level == "harmonic"
     z, across = (x[:, 0], x[:, [1]] * [1.0, 0.0]) if flat else (x[:, 2], x[:, :2])
@@ -189,6 +183,12 @@ def coned(joint: Joint) -> Body:
     return Body(name="cone", sections=(shaft, hub), joints=(joint,))
 
 
+def flanged(joint: Joint) -> Body:
+    """Two rings on one plane."""
+    parts = (("shaft", 0.0, 0.1, BORE, SEAT), ("hub", 0.1, 0.25, BORE, SEAT))
+    return Body(name="flange", sections=tuple(ring(*part) for part in parts), joints=(joint,))
+
+
 @pytest.mark.parametrize("level", [operators, solid])
 @pytest.mark.parametrize("made", [fitted, coned])
 def test_a_tilt_costs_no_force_at_speed(made, level) -> None:
@@ -198,6 +198,72 @@ def test_a_tilt_costs_no_force_at_speed(made, level) -> None:
     softening = apply(found.spin_softening, tilt)
     left = apply(found.stress_stiffening, tilt) - softening
     assert np.abs(left).max() < 1e-11 * np.abs(softening).max()
+
+
+def turns_of_each(found, motion: str) -> np.ndarray:
+    """(local û, 2) a rigid turn of the shaft alone, and of the hub alone."""
+    x = found.space.tabulate_dof_coordinates()
+    flat = found.level == "harmonic"
+    z, r = (x[:, 0], x[:, 1]) if flat else (x[:, 2], np.hypot(x[:, 0], x[:, 1]))
+    cells = compat.cell_unknowns(found.space).reshape(
+        len(compat.curved_cells(found.space.mesh)[1]), -1
+    )
+    # the seat of `fitted`, or of `coned`: nothing of the shaft is outside of it
+    layer = found.ingredients.joints.layer.points.places_m
+    seat = np.polyfit(*layer.T, 1)
+    hub = np.zeros(len(x), dtype=bool)
+    hub[cells[(r - np.polyval(seat, z))[cells].mean(axis=1) > 0.0]] = True
+    unknowns = found.coupling.unknowns
+    whole = unknowns.displacement(found.rigid_motions[motion][:, None])
+    parts = [np.repeat(part, 3)[:, None] * whole for part in (~hub, hub)]
+    return np.hstack([unknowns.of_displacement(part) for part in parts])
+
+
+@pytest.mark.parametrize("level", [operators, solid])
+@pytest.mark.parametrize("motion", ["rz", "ry"])
+@pytest.mark.parametrize("made", [fitted, coned])
+def test_turning_one_side_against_the_other_costs_the_springs_alone(made, motion, level) -> None:
+    """A traction between two bodies has no moment on either that turns with half of their turn."""
+    body = made(Joint(between=("shaft", "hub"), stiffness_n_per_m3=(1e13, 3e12)))
+    found = level(body, 0 if motion == "rz" else 1)
+    turns = turns_of_each(found, motion)
+    softening = project(found.spin_softening, turns, MPI.COMM_SELF)
+    left = project(found.stress_stiffening, turns, MPI.COMM_SELF) - softening
+    # what either body has of its stress alone is as large as what it has of the spin
+    assert np.abs(left).max() < 1e-10 * np.abs(softening).max()
+
+
+@pytest.mark.parametrize("level", [operators, solid])
+@pytest.mark.parametrize("motion", ["rz", "ry"])
+def test_a_pressure_has_no_moment_on_a_hub_that_turns_on_its_shaft(motion, level) -> None:
+    """The same of the stress at rest."""
+    found = level(fitted(FIT), 0 if motion == "rz" else 1, top=0.0)
+    own = found.ingredients
+    assert own.joints.fit is not None
+    pressed = own.joints.fit.stiffening(
+        found.space, own.kinematics, own.matter, own.joints.layer.points
+    )
+    stiffening = found.coupling.unknowns.folded_copy(pressed)
+    left = project(stiffening, turns_of_each(found, motion), MPI.COMM_SELF)
+    # of one body alone it is the pressure times the face and its lever
+    moment = lame_pressure(5e-5) * SEAT * 2.0 * np.pi * SEAT * LENGTH
+    assert np.abs(left).max() < 1e-9 * moment
+
+
+@pytest.mark.parametrize("level", [operators, solid])
+def test_a_hub_turns_on_its_tangential_springs_at_one_frequency(level) -> None:
+    """Two rigid bodies on k r² A, at every speed; of elastic ones it is lower by 1e-4."""
+    along = 1e9
+    found = level(fitted(Joint(between=("shaft", "hub"), stiffness_n_per_m3=(1e13, along))), 0)
+    shaft, hub = (
+        0.5 * np.pi * RHO * LENGTH * (b**4 - a**4) for a, b in ((BORE, SEAT), (SEAT, RIM))
+    )
+    spring = along * 2.0 * np.pi * SEAT**3 * LENGTH
+    exact = np.sqrt(spring * (1.0 / shaft + 1.0 / hub)) / (2.0 * np.pi)
+    # the first that is elastic moves along the axis
+    at_rest, spun = (elastic_hz(found, speed)[1] for speed in (0.0, 900.0))
+    assert at_rest == pytest.approx(exact, rel=3e-4)
+    assert spun == pytest.approx(at_rest, rel=1e-5)
 
 
 def test_the_stress_of_a_fit_stiffens_and_costs_a_tilt_no_force() -> None:
@@ -348,6 +414,28 @@ def test_a_clamped_flange_keeps_the_force_of_its_bolts() -> None:
 def test_refused_fits(joint: Joint, top: float, message: str) -> None:
     with pytest.raises(ReductionError, match=message):
         operators(fitted(joint), 0, top=top)
+
+
+@pytest.mark.parametrize(
+    ("made", "order", "moves"),
+    [
+        (fitted, 0, "slides along the axis"),
+        (coned, 0, "turns about the axis"),
+        (fitted, 1, None),
+        (coned, 1, None),
+        (flanged, 0, "turns about the axis"),
+        (flanged, 1, "slides across the axis"),
+    ],
+)
+def test_what_no_spring_along_the_face_holds_is_refused(made, order, moves) -> None:
+    """A cone can not slide along the axis; planes slide across it, cylinders and cones do not."""
+    body = made(Joint(between=("shaft", "hub"), stiffness_n_per_m3=(1e13, 0.0)))
+    if moves is None:
+        elastic = elastic_hz(operators(body, order, size=0.02), 100.0)
+        assert (elastic > 100.0).all()
+        return
+    with pytest.raises(ReductionError, match=f"is 0, so that one section {moves} freely against"):
+        operators(body, order, size=0.02)
 
 
 def test_pressed_faces_are_cylinders_or_planes() -> None:

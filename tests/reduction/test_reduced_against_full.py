@@ -2,22 +2,31 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 import scipy.sparse as sp
 from reduced import reduced_to, sparse
+from scipy.linalg import eigh
+from scipy.optimize import brentq
 from scipy.sparse.linalg import eigsh
+from shapes import STEEL, interface, plane, section
 from shapes import body as body_of
-from shapes import plane, section
 
+from solidwhirl.geometry import Blade
 from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_revolved
-from solidwhirl.rotordyn import Bearing, End, Rotor, assemble, modes_at_speed
+from solidwhirl.meshing.own.features.sector import mesh_sector
+from solidwhirl.rotordyn import Bearing, End, Rotor, assemble, check_superelement, modes_at_speed
 
 pytestmark = pytest.mark.solver
 
 
-def full_frequencies(body, mesh, stiffness, speed, count):
-    """Lowest frequencies [Hz] of the unreduced model on springs at its interfaces."""
+def full_frequencies(body, mesh, stiffness, speed, count, tilt=0.0):
+    """Lowest frequencies [Hz] of the unreduced model on springs at its interfaces.
+
+    `stiffness`, `tilt`: of the springs along x and y, and about them.
+    """
     from mpi4py import MPI
     from petsc4py import PETSc
 
@@ -26,7 +35,9 @@ def full_frequencies(body, mesh, stiffness, speed, count):
     effects = OperatorEffects(
         gyroscopic=True,
         centrifugal=True,
-        components={i.name: ("ux", "uy") for i in body.interfaces},
+        components={
+            i.name: ("ux", "uy", "rx", "ry") if tilt else ("ux", "uy") for i in body.interfaces
+        },
     )
     operators = build_operators(body, mesh, MPI.COMM_SELF, order=1, degree=2, effects=effects)
 
@@ -38,7 +49,8 @@ def full_frequencies(body, mesh, stiffness, speed, count):
         for name in ("mass", "stiffness", "gyroscopic", "stress_stiffening", "spin_softening")
     )
     rows = sp.csr_matrix(operators.coupling.rows)
-    k = k + stiffness * (rows @ rows.T) + speed**2 * (kg - s)
+    springs = [{"u": stiffness, "r": tilt}[c[0]] for _, c in operators.coupling.coordinates]
+    k = k + rows @ sp.diags(springs) @ rows.T + speed**2 * (kg - s)
     if speed == 0.0:  # all are double, which the general solver's LAPACK fails to sort
         squared = eigsh(sp.csc_matrix(k), count, sp.csc_matrix(m), sigma=0.0)[0]
         return np.sort(np.repeat(np.sqrt(squared) / (2.0 * np.pi), operators.families))
@@ -104,6 +116,69 @@ def test_first_ten_frequencies_at_speed(twin_inner, level, corner, fractions):
         found = modes_at_speed(system, speed).frequency_hz[:10]
         full = full_frequencies(twin_inner, mesh, 1e8, speed, 14)
         np.testing.assert_allclose(found, full[:10], rtol=1e-4)
+
+
+#: Blades that are as soft in the plane of rotation as out of it: length, width, radius at the root.
+LONG, WIDE, ROOT = 0.3, 0.015, 0.03
+RUBBER = dataclasses.replace(
+    STEEL, name="rubber", youngs_modulus_pa=2e9, poissons_ratio=0.0, density_kg_per_m3=1200.0
+)
+
+
+def rotating_beam(speed, count=8):
+    """First squared rates [1/s²] of a blade held at its root, out of the plane and in it.
+
+    Ritz with polynomials: bending, and the centrifugal force ρAΩ²(ROOT (l - x) + (l² - x²)/2).
+    """
+    x, weight = (0.5 * LONG * a for a in np.polynomial.legendre.leggauss(40))
+    x = x + 0.5 * LONG
+    powers = [np.polynomial.Polynomial([0.0] * n + [1.0]) for n in range(2, 2 + count)]
+    shape, slope, curve = (
+        np.array([p.deriv(k)(x / LONG) / LONG**k for p in powers]) for k in (0, 1, 2)
+    )
+    area = RUBBER.density_kg_per_m3 * WIDE**2
+    pull = area * (ROOT * (LONG - x) + 0.5 * (LONG**2 - x**2))
+    mass = area * (weight * shape) @ shape.T
+    bending = RUBBER.youngs_modulus_pa * WIDE**4 / 12.0 * (weight * curve) @ curve.T
+    whole = bending + speed**2 * (weight * pull * slope) @ slope.T
+    flap = eigh(whole, mass, eigvals_only=True)[0]
+    return flap, flap - speed**2
+
+
+def test_blades_that_are_soft_in_the_plane_of_rotation():
+    """Their wave stands still in space where a blade has 1/rev: no loss of stiffness.
+
+    There K + Ω² (Kσ - S) of index 1 is singular. Beyond it frequencies are those of the unreduced
+    model, and of the beam: in fixed axes |ω ± Ω|. Root and mesh make 1 % of ω.
+    """
+    blades = Blade(
+        name="blades", on="hub", count=4, length_m=LONG, chord_m=(WIDE, WIDE),
+        thickness_m=(WIDE, WIDE), stagger_deg=(0.0, 0.0), material=RUBBER,
+    )  # fmt: skip
+    hub = section("hub", -WIDE, WIDE, 0.01, ROOT)
+    bore = interface("bore", "inner", -WIDE, WIDE, coupling="rigid")
+    body = dataclasses.replace(body_of(hub, interfaces=(bore,)), features=(blades,))
+    lost = brentq(lambda speed: rotating_beam(speed)[1] - speed**2, 10.0, 300.0)
+    top = 1.5 * lost
+    mesh = mesh_sector(body, MeshSize(size_m=0.05, corner_size_m=0.02, growth=1.0))
+    held = {"components": ("ux", "uy", "rx", "ry"), "gyroscopic": True, "centrifugal": True}
+    element, work = reduced_to(body, "solid", mesh=mesh, maximum_speed_rad_s=top, **held)
+    assert all(check.passed for check in (*work.checks, *check_superelement(element)))
+    spring = Bearing(
+        name="s",
+        first=End(body="r", interface="bore"),
+        stiffness_n_per_m=1e8 * np.eye(2),
+        tilt_stiffness_n_m_per_rad=1e5 * np.eye(2),
+    )
+    system = assemble({"r": Rotor(element=element, speed_ratio=1.0)}, (spring,))
+    k, k2 = system.stiffness, system.centrifugal_stiffness
+    assert 1.0 / np.sqrt(-eigh(k2, k, eigvals_only=True)[0]) == pytest.approx(lost, rel=0.01)
+    found = modes_at_speed(system, top).frequency_hz[:8]
+    full = full_frequencies(body, mesh, 1e8, top, 10, tilt=1e5)
+    np.testing.assert_allclose(found, full[:8], rtol=1e-4)
+    flap, lag = np.sqrt(rotating_beam(top))
+    beam = np.abs([flap - top, lag - top, flap + top, lag + top]) / (2.0 * np.pi)
+    np.testing.assert_allclose(found[:4], np.sort(beam), rtol=0.0, atol=0.02 * lag / (2.0 * np.pi))
 
 
 def test_rigid_coupling_is_stiffer_than_distributing(twin_inner):

@@ -430,8 +430,7 @@ def blade_sections(_runs: dict[str, Any], _told: dict[str, Any]) -> list[str]:
         "rims under their roots, and the elements are others. *Flexibility*: the blades' own "
         "modulus on the same mesh. Modes are paired by their motion at the nodes (MAC) and by "
         "nearness, within one whirl; axial motion shows at no node and is paired by nearness "
-        "alone. Nothing acts on the units along the axis; they are held there at their first "
-        "interface, and axial modes are those of units held so. "
+        "alone. Nothing acts on the units along the axis: they are free there. "
         "At rest both whirls are one. ± is the estimated error. The basis of elastic blades "
         "is not refined after its first estimate, so that some modes which only the LP unit's "
         "blades have, stiffened by the spin, have large ones.",

@@ -7,9 +7,10 @@ meridian,
     K: ∫ k_n [v]_n [u]_n + k_t ([v]_θ [u]_θ + [v]_s [u]_s) dA .
 
 A traction t that the layer carries at unit speed turns with the face, which is the layer's part of
-the geometric stiffness: ∫ δt(u)·[v] + δt(v)·[u] dA, δt = ω(u) × t with the turn ω of the face. With
-it Kσ - S costs a rigid tilt no force, as without joints. The normal is that of the elements: edges
-of a solid are parabolas where the body has arcs.
+the geometric stiffness: ∫ δt(u)·[v] + δt(v)·[u] dA, δt = ω(u) × t with the turn ω of the face, the
+mean of both sides. With it Kσ - S costs a rigid tilt no force, as without joints, and no turn of
+one side against the other: a radial pressure has no moment about the axis. The normal is that of
+the elements: edges of a solid are parabolas where the body has arcs.
 """
 
 from __future__ import annotations
@@ -91,7 +92,9 @@ class LayerPoints:
         return (both[1] - both[0]).tocsr()
 
     def turned(self, order: int, traction: FloatArray) -> Any:
-        """(3 q, u) sparse: change ω × t of a traction by the turn of the face, along n, θ and s.
+        """(3 q, u) sparse: change ω × t of a traction by the mean turn of both sides.
+
+        Along n, θ and s, one after the other of every point.
 
         `traction`: (q, 3) along n, θ and s.
         """
@@ -105,7 +108,8 @@ class LayerPoints:
         bend, twist = d_along * normal, -d_along * around
         t_n, t_a, t_s = traction.T[:, :, None, None]
         weights = [t_s * bend - t_a * tilt, t_n * tilt - t_s * twist, t_a * twist - t_n * bend]
-        return self._sparse(self.nodes[:, 0], np.stack(weights, axis=1))
+        halves = 0.5 * np.stack(weights, axis=1)
+        return sum(self._sparse(self.nodes[:, side], halves) for side in range(2))
 
     def _sparse(self, nodes: IntArray, weights: FloatArray) -> Any:
         """Rows from weights (q, 3, m, 3 components of u)."""

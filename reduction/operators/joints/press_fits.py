@@ -25,6 +25,7 @@ from solidwhirl.reduction.operators.joints.layers import (
 from solidwhirl.reduction.operators.joints.states import (
     FaceStress,
     over_speeds,
+    refuse_loose,
     refuse_unsound,
     states_of,
 )
@@ -136,22 +137,25 @@ def settle(
     joints: Sequence[Joint],
     materials: Sequence[Material],
     maximum_speed_rad_s: float,
+    order: int,
 ) -> Settled:
     """Find what is closed of the faces of a body's joints.
 
     `space`, `matter`, `facet_tags`: of the body's meridian. `maximum_speed_rad_s`: the largest
-    speed that is asked for. Raises ReductionError: pressed faces that are neither cylinders nor
-    planes, are loose at rest or at a speed in the range, or press a section beyond its yield
+    speed that is asked for. `order`: circumferential order that the joints are for. Raises
+    ReductionError: parts that nothing holds in that order; pressed faces that are neither cylinders
+    nor planes, are loose at rest or at a speed in the range, or press a section beyond its yield
     strength.
     """
     size = float(np.abs(space.tabulate_dof_coordinates()[:, 1]).max())
     unit = max(m.youngs_modulus_pa for m in materials) / size
     springs = [_springs(joint, unit) for joint in joints]
     pressed = [k for k, joint in enumerate(joints) if joint.is_pressed]
-    if not pressed:
-        return Settled(springs=tuple(springs))
     opened = layer_in(space, facet_tags, springs)
     assert opened is not None
+    refuse_loose(opened, space, joints, order)
+    if not pressed:
+        return Settled(springs=tuple(springs))
     open_springs = _opened(opened, joints, springs, unit)
     around, opened = kinematics.harmonic(space.mesh, 0), layer_on(opened.points, open_springs)
     contact = overlapped(contact_of(space, around, matter, opened, joints, springs))
@@ -190,5 +194,5 @@ def _opened(
 def _springs(joint: Joint, unit: float) -> JointSprings:
     """Springs of a joint that is closed; `unit`: Young's modulus over the largest radius."""
     stiff = joint.stiffness_n_per_m3 or (_STIFF * unit,) * 2
-    static = (stiff[0], _SLACK * unit) if joint.is_pressed else stiff
-    return JointSprings(moving_n_per_m3=stiff, static_n_per_m3=static)
+    along = 0.0 if joint.is_pressed else stiff[1]
+    return JointSprings(moving_n_per_m3=stiff, static_n_per_m3=(stiff[0], along or _SLACK * unit))

@@ -6,20 +6,31 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+import scipy.sparse as sp
 import ufl
 from dolfinx import fem
+from scipy.sparse.csgraph import connected_components
 
 from solidwhirl.core.joint_states import JointState
 from solidwhirl.geometry import Joint
 from solidwhirl.meshing.records import seat_name
 from solidwhirl.reduction.errors import ReductionError
-from solidwhirl.reduction.operators import compat, forms
+from solidwhirl.reduction.operators import compat, forms, kinematics
+from solidwhirl.reduction.operators.dofs import motion_vectors
 from solidwhirl.reduction.operators.joints.contact import Contact
+from solidwhirl.reduction.operators.joints.layers import Layer
 from solidwhirl.reduction.operators.kinematics import Kinematics
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 
 _SPEEDS = 11
+# Rounding of what springs resist of a motion, in parts of what the stiffest would everywhere.
+_NOTHING = 1e-12
+_LOOSE = {
+    "ux": "slides across the axis",
+    "uz": "slides along the axis",
+    "rz": "turns about the axis",
+}
 # A speed of lifting is looked for up to so many times where pressure would first be gone, and found
 # to this part of its square.
 _FARTHEST, _CLOSE = 100.0, 1e-13
@@ -183,4 +194,35 @@ def refuse_unsound(joint: Joint, state: JointState) -> None:
             f"{joint.between[side]!r} yields at the {joint.where}: von Mises stress "
             f"{largest:.4g} Pa in the mean of the face, yield_pa is {joint.yield_pa:.4g}; "
             "allowed is less interference, or lower speeds"
+        )
+
+
+def refuse_loose(layer: Layer, space: Any, joints: Sequence[Joint], order: int) -> None:
+    """Refuse parts that move as rigid ones against the rest of the body, which no spring resists.
+
+    `layer`, `space`: of the meridian. `order`: circumferential order. Raises ReductionError.
+    """
+    nodes = compat.cell_unknowns(space).ravel()
+    cells = len(compat.straight_cells(space.mesh)[1])
+    of_cell = np.repeat(np.arange(cells), len(nodes) // cells)
+    table = sp.csr_matrix((np.ones(len(nodes)), (of_cell, nodes)))
+    parts, part = connected_components(table.T @ table, directed=False)
+    area = np.repeat(layer.points.area_m2, 3)[:, None]
+    springs = layer.springs_n_per_m3[:, [0, 1, 1]].reshape(-1, 1)
+    kin = kinematics.harmonic(space.mesh, order)
+    for motion, values in motion_vectors(space, kin, 0.0).items():
+        each = np.where(np.repeat(part, 3)[:, None] == np.arange(parts), values[:, None], 0.0)
+        jumps = layer.points.jumps() @ each
+        s, q = np.linalg.eigh(jumps.T @ (area * springs * jumps))
+        free = q[:, s <= _NOTHING * springs.max() * float((area * jumps**2).sum())]
+        if free.shape[1] < 2:  # all parts as one
+            continue
+        apart = np.abs(jumps @ free).max(axis=1).reshape(-1, 3).max(axis=1)
+        point = apart.argmax()
+        raise ReductionError(
+            f"{joints[layer.points.joint[point]].where}: its stiffness_n_per_m3 along the face is "
+            f"{layer.springs_n_per_m3[point, 1]:g}, so that one section "
+            f"{_LOOSE.get(motion, 'moves')} freely against the other; give more than "
+            f"{_NOTHING:g} of that normal to the face"
+            + ("" if order else ", or leave out what acts along or about the axis")
         )

@@ -83,12 +83,12 @@ def test_lateral_scene_has_neither_damping_nor_order_0_nor_tilt(planned):
 @pytest.mark.parametrize(
     ("bearing", "name", "orders", "components"),
     [
-        (AXIAL, "axial", (1, 0), ("ux", "uy", "uz")),
-        ({"axial_damping_n_s_per_m": 5.0}, "axial", (1, 0), ("ux", "uy", "uz")),
-        ({"rigid": ["uz"]}, "axial", (1, 0), ("ux", "uy", "uz")),
-        (TORSION, "torsion", (1, 0), ("ux", "uy", "rz")),
-        ({"torsion_damping_n_m_s_per_rad": 5.0}, "torsion", (1, 0), ("ux", "uy", "rz")),
-        ({"rigid": ["rz"]}, "torsion", (1, 0), ("ux", "uy", "rz")),
+        (AXIAL, "axial", (1, 0), ("ux", "uy", "uz", "rz")),
+        ({"axial_damping_n_s_per_m": 5.0}, "axial", (1, 0), ("ux", "uy", "uz", "rz")),
+        ({"rigid": ["uz"]}, "axial", (1, 0), ("ux", "uy", "uz", "rz")),
+        (TORSION, "torsion", (1, 0), ("ux", "uy", "uz", "rz")),
+        ({"torsion_damping_n_m_s_per_rad": 5.0}, "torsion", (1, 0), ("ux", "uy", "uz", "rz")),
+        ({"rigid": ["rz"]}, "torsion", (1, 0), ("ux", "uy", "uz", "rz")),
         (TILTING, "tilt", (1,), ("ux", "uy", "rx", "ry")),
         ({"tilt_damping_n_m_s_per_rad": [0, 5.0]}, "tilt", (1,), ("ux", "uy", "rx", "ry")),
         ({"rigid": ["ry"]}, "tilt", (1,), ("ux", "uy", "rx", "ry")),
@@ -102,8 +102,12 @@ def test_bearings_call_for_effects(planned, bearing, name, orders, components):
     assert plan.bodies["rotor"].orders == orders
     assert plan.bodies["rotor"].components == components
     assert states(plan)["bearing_damping"] == any("damping" in key for key in bearing)
-    others = {"axial", "torsion", "tilt"} - {name}
-    assert not any(plan.on(other) for other in others)
+    if name in ("axial", "torsion"):
+        (other,) = {"axial", "torsion"} - {name}
+        assert plan.on(other)
+        assert why(plan, other).startswith(f"free beside {name}: nothing acts on it")
+    for other in {"axial", "torsion", "tilt"} - {name} if orders == (1,) else {"tilt"}:
+        assert not plan.on(other)
 
 
 @pytest.mark.parametrize("name", ["tilt", "axial", "torsion", "bearing_damping"])

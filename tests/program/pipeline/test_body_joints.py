@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from solidwhirl.console.summary import doubt_lines
 from solidwhirl.core.errors import UserError
 from solidwhirl.model.bodies import build_bodies
 from solidwhirl.model.effects import make_plan
 from solidwhirl.output.documents import results_document
+from solidwhirl.output.report import report_text
 from solidwhirl.page.frame.records import Run
 from solidwhirl.page.run import joints as page_joints
+from solidwhirl.pipeline.alarms import joint_alarms
 from solidwhirl.pipeline.run import run_scene
 from solidwhirl.scene_reading.reader import parse_scene
 
@@ -67,6 +71,28 @@ def test_a_joint_stands_in_the_results_and_on_the_page(harmonic) -> None:
     table = section.blocks[0]
     assert table.rows[0][0] == "rotor: hub on shaft"
     assert len(table.rows) == 2
+
+
+def test_a_face_that_lifts_in_the_range_of_speeds_is_a_warning(harmonic) -> None:
+    """Speeds of the reference shaft; what begins to lift beyond the largest speed is none."""
+    assert not harmonic.alarms
+    body = harmonic.bodies["rotor"]
+    (joint,) = body.work.joints
+    top = joint.speeds_rad_s[-1]
+    part = np.append(np.zeros(len(joint.speeds_rad_s) - 1), 0.564)
+    lifting = replace(joint, lifts_at_rad_s=0.9 * top, lifted_part=part)
+    (alarm,) = joint_alarms("rotor", -2.0, [lifting, replace(joint, lifts_at_rad_s=None)])
+    assert alarm.speed_rpm == pytest.approx(4050.0)
+    lifted = replace(body, work=replace(body.work, joints=(lifting,)))
+    found = replace(harmonic, bodies={"rotor": lifted})
+    message = (
+        "8100 rpm: the face of hub on shaft (rotor) begins to lift; 56 % of it is open at 9000 rpm"
+    )
+    document = results_document(found)
+    assert document["doubts"][-1]["message"] == message
+    assert document["verdict"]["alarms"][0]["kind"] == "joint lifts"
+    assert doubt_lines(found)[0] == f"warning: {message}"
+    assert f"**warning:** {message}" in report_text(found, document)
 
 
 def test_beams_say_that_they_are_bonded() -> None:

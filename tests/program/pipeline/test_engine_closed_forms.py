@@ -204,6 +204,47 @@ def test_solid_and_beam_of_one_shaft_in_one_scene():
     np.testing.assert_allclose(lowest(data, 16), np.sort(np.concatenate(parts)), rtol=1e-9)
 
 
+@pytest.mark.parametrize("level", ["beam", "harmonic", "solid"])
+@pytest.mark.parametrize("acts", ["axial", "torsion"])
+def test_one_motion_along_the_axis_brings_the_other(level, acts):
+    """A uniform rod on one soft spring along or about its axis; the other motion is free.
+
+    Elastic modes of both are those of the free rod, c/2l and its multiples, and the rod as a whole
+    is on the spring; what nothing holds is no mode. The spring lifts them by k φ²/2ω² < 1e-4, and
+    contraction across the rod lowers the axial one by (ν π r/2l)² = 1e-4.
+    """
+    radius, length = 0.02, 1.0
+    rho = MATERIALS["plain"]["density_kg_per_m3"]
+    mass = rho * np.pi * radius**2 * length
+    spring, inertia = (1e5, mass) if acts == "axial" else (1e2, 0.5 * mass * radius**2)
+    key = {"axial": "axial_stiffness_n_per_m", "torsion": "torsion_stiffness_n_m_per_rad"}[acts]
+    data = {
+        "name": "rod",
+        "model": {"level": level, "estimates": "off", "order": 2, "size_m": 0.1, "modes": 4},
+        "materials": MATERIALS,
+        "bodies": {
+            "rod": {
+                "material": "plain",
+                "sections": [cylinder("s", 0.0, length, radius)],
+                "interfaces": [
+                    {"name": n, "kind": "section", "at_m": z} for n, z in (("a", 0.1), ("b", 0.9))
+                ],
+            }
+        },
+        "bearings": [
+            {"name": "a", "first": "rod.a", "stiffness_n_per_m": 1e8, key: spring},
+            {"name": "b", "first": "rod.b", "stiffness_n_per_m": 1e8},
+        ],
+    }
+    found = lowest(data, None)
+    # the same in all directions, so that lateral modes come in pairs
+    paired = np.diff(found) < 1e-6 * found[1:]
+    alone = found[~(np.append(paired, False) | np.insert(paired, 0, False))]
+    waves = np.sqrt([E_PA / (2.0 * (1.0 + NU) * rho), E_PA / rho]) / (2.0 * length)
+    exact = [np.sqrt(spring / inertia) / (2.0 * np.pi), *waves]
+    assert alone[: len(exact)] == pytest.approx(exact, rel=2e-3)
+
+
 def test_modes_of_one_body(small_scene):
     """Two of the modes, each in both planes, less than [model] says for all; none beyond all."""
     from solidwhirl.reduction import ReductionError

@@ -48,7 +48,8 @@ def test_interfaces_carry_what_acts_on_them(small_scene):
     assert plan.bodies["other"].interface_components == {"left": LATERAL, "right": LATERAL}
     assert plan.bodies["other"].orders == (1,)
     shaft = {place: motions for place, motions in plan.carried.items() if "shaft" in place}
-    assert shaft == {"shaft.a": (*LATERAL, "rz"), "shaft.m": LATERAL, "shaft.b": LATERAL}
+    # order 0 is carried whole: what turns about the axis moves along it
+    assert shaft == {"shaft.a": (*LATERAL, "uz", "rz"), "shaft.m": LATERAL, "shaft.b": LATERAL}
     assert "g" in next(e.why for e in plan.effects if e.name == "torsion")
 
 
@@ -59,16 +60,18 @@ def test_both_ends_of_a_joint_carry_its_motions(small_scene):
 
 
 @pytest.mark.parametrize(
-    ("effect", "motions"), [("tilt", {"rx", "ry"}), ("axial", {"uz"}), ("torsion", {"rz"})]
+    ("effect", "motions", "beside"),
+    [("tilt", {"rx", "ry"}, set()), ("axial", {"uz"}, {"rz"}), ("torsion", {"rz"}, {"uz"})],
 )
-def test_effect_of_motions_on_everywhere_and_off_nowhere(small_scene, effect, motions):
+def test_effect_of_motions_on_everywhere_and_off_nowhere(small_scene, effect, motions, beside):
     data = two_solids(small_scene)
     data["bearings"][0]["rigid"] = ["uz", "rz"]
     for asked in ("on", "off"):
         data["effects"] = {effect: asked}
         scene, plan = parse_scene(data), planned(data)
         for place, carried in plan.carried.items():
-            assert motions & set(carried) == (motions if asked == "on" else set()), place
+            there = asked == "on" or beside & set(carried)  # order 0 whole
+            assert motions & set(carried) == (motions if there else set()), place
         rows = {"tilt": slice(3, 5), "axial": 2, "torsion": 5}[effect]
         for bearing in bearings(scene, plan) if asked == "off" else ():
             assert not np.any([matrix[rows] for matrix in bearing.matrices()]), bearing.name
@@ -82,7 +85,7 @@ def test_drive_of_a_run_up_calls_for_torsion():
     analysis = {"kind": "run_up", "ramp_s": 1.0, "to_rpm": 9e3, "mount": "A"}
     plan = planned(rigid_rotor(analyses=[{**analysis, "drives": ["rotor.m"]}]))
     assert plan.on("torsion")
-    assert plan.carried["rotor.m"] == (*LATERAL, "rz")
+    assert plan.carried["rotor.m"] == (*LATERAL, "uz", "rz")
     assert not planned(rigid_rotor(analyses=[analysis])).on("torsion")
 
 

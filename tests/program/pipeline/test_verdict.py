@@ -17,9 +17,10 @@ from solidwhirl.console.summary import doubt_lines
 from solidwhirl.core.errors import SceneError
 from solidwhirl.estimates.documents import coupling_effect
 from solidwhirl.output.documents import results_document
-from solidwhirl.pipeline.alarms import alarms_of
+from solidwhirl.pipeline.alarms import alarms_of, order_alarms
 from solidwhirl.pipeline.run import run_scene
 from solidwhirl.pipeline.verdict_text import answers
+from solidwhirl.rotordyn.campbell.branches import TrackingNote
 from solidwhirl.rotordyn.stability.intervals import UnstableInterval
 from solidwhirl.scene_reading.reader import parse_scene
 
@@ -157,16 +158,29 @@ def test_the_limit_of_a_standard_is_that_of_scenes_that_chose_it(chosen, limit):
     assert ("API 617" in said) is (limit is not None)
 
 
+def interval(low, high, closes):
+    return UnstableInterval(
+        low_rad_s=low * RPM, high_rad_s=high * RPM, opens=True, closes=closes, kind="flutter",
+        growth_1_s=1.0, speed_rad_s=high * RPM, eigenvalue=100j, frequency_hz=16.0,
+        frequency_end_hz=16.0, whirl="forward", shape=np.empty(0),
+    )  # fmt: skip
+
+
+def test_a_mode_that_stands_still_in_space_is_told_unless_it_grows():
+    notes = [
+        TrackingNote(kind=kind, speed_rad_s=rpm * RPM, branches=(), text="")
+        for kind, rpm in (("indefinite", 567.0), ("crossing", 600.0), ("indefinite", 800.0))
+    ]
+    still = Stability(low_rpm=0.0, high_rpm=900.0, intervals=(), at_operating=())
+    first, second = order_alarms(notes, still)
+    assert first.message.startswith("567 rpm: a mode stands still in space, at 1/rev")
+    assert second.speed_rpm == pytest.approx(800.0)
+    (alone,) = order_alarms(notes, replace(still, intervals=(interval(800.0, 900.0, False),)))
+    assert alone == first
+
+
 def test_each_onset_alarms_once():
     """Flutter from 4500 rpm on, where a shaft runs that has not begun to before."""
-
-    def interval(low, high, closes):
-        return UnstableInterval(
-            low_rad_s=low * RPM, high_rad_s=high * RPM, opens=True, closes=closes, kind="flutter",
-            growth_1_s=1.0, speed_rad_s=high * RPM, eigenvalue=100j, frequency_hz=16.0,
-            frequency_end_hz=16.0, whirl="forward", shape=np.empty(0),
-        )  # fmt: skip
-
     found = Stability(
         low_rpm=0.0,
         high_rpm=9000.0,

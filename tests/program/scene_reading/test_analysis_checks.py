@@ -61,7 +61,7 @@ CASES = [
     ("run_up", {"gravity_m_per_s2": [0, -9.81, 0]},
      "analyses[0].compare_flexible: models are compared without weight"),
     ("run_up", {"gravity_m_per_s2": [0, 0, 9.81], "compare_flexible": [], "bands_hz": []},
-     "analyses[0].gravity_m_per_s2: 9.81 along z, but no body can move along the axis"),
+     "analyses[0].gravity_m_per_s2: 9.81 along z, but nothing holds a body along the axis"),
     ("run_up", {"ramp_s": 1e5, "hold_s": 0}, "5e+08 steps; at most 5e+07"),
     ("run_up", {"hold_s": 0.20001}, "hold_s * sampling_hz is 1000.05"),
     ("run_up", {"ramp_s": 1e-12}, "ramp_s must be a whole number of steps"),

@@ -93,6 +93,18 @@ def test_a_branch_that_becomes_rigid_ends():
     assert len(_by_kind(diagram, "indefinite")) == 1
 
 
+def test_every_speed_at_which_a_mode_stands_still_is_noted():
+    """k − Ω² s of the tilts vanishes at 1000 rad/s and of the translations at 1100 rad/s."""
+    disk = hub(MASS, 0.0, DIAMETRAL, plane_spring(TRANSLATION, 0.0, TILT))
+    softening = np.diag(np.array([TRANSLATION / 1.21, TRANSLATION / 1.21, TILT, TILT]) / 1e6)
+    system = one_rotor(dataclasses.replace(disk, spin_softening=softening), [])
+    notes = _by_kind(
+        rd.campbell(system, [0.0, 900.0, 1050.0, 1200.0], branch_count=4), "indefinite"
+    )
+    assert [note.speed_rad_s for note in notes] == pytest.approx([1000.0, 1100.0], rel=1e-9)
+    assert ["2 negative" in notes[0].text, "4 negative" in notes[1].text] == [True, True]
+
+
 def test_no_speed_is_solved_twice_where_branches_end(monkeypatch):
     disk = hub(stiffness=plane_spring(TRANSLATION, 0.0, TILT), polar_kg_m2=0.0)
     disk = dataclasses.replace(disk, spin_softening=disk.stiffness / 1e6)
