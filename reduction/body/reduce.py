@@ -59,9 +59,11 @@ def reduce_body(
         start = time.perf_counter()
         operators = order_operators(body, mesh, comm, request, order)
         assembling = time.perf_counter() - start
-        found = _solved(operators, body, request, shown, orders)
+        try:
+            found = _solved(operators, body, request, shown, orders)
+        finally:
+            operators.release()
         orders.append(replace(found, seconds={"operators": assembling, **found.seconds}))
-        operators.release()
     properties = _properties(body, orders[-1].rigid_mass)
     blocks = [order.block for order in orders]
     element = superelements.build_superelement(

@@ -4,8 +4,8 @@ Every iteration (round) reduces the bodies that changed, assembles the engine, e
 of the modes that the Campbell diagram will follow, at rest, at the top speed and between, and
 refines what contributes more than its share: meshes by the errors of their own elements, bases by
 more modes or another speed. Where the memory does not hold the next round, what it aims at is
-doubled until it does, or nothing is left to refine. A round whose estimate rises is the last, and
-the one before it counts. Analyses run once, on the system of that round.
+doubled until it does, or nothing is left to refine. A round that turns out not to fit is given up. Where
+that happens, or an estimate rises, the round before it counts. Analyses run once, on the system of that round.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ import numpy as np
 
 from solidwhirl.bodies.contributions import AskedModes, Contributions, error_contributions
 from solidwhirl.bodies.reduction import BodyResult, Discretisation
+from solidwhirl.core.errors import MemoryShortageError
 from solidwhirl.geometry import Body
 from solidwhirl.meshing import LocalSize, meridian_errors, refined_sector, refined_size
 from solidwhirl.model.plan_records import Plan
@@ -51,6 +52,8 @@ class Round:
     refined: tuple[str, ...]  #: What was refined after it, such as "lp: mesh"
     #: Why nothing was refined though the accuracy is not met; empty where that is no matter
     stopped: str = ""
+    #: Whether it was for memory, which another time there may be more of
+    lacked_memory: bool = False
     kept: bool = False  #: Whether the results are of this round
     looked_at: int = 0  #: Modes that were looked at, over all speeds
     #: Whether it begins with meshes and bases that were refined for other supports or speeds
@@ -135,28 +138,47 @@ def rounds_of(
     -------
     bodies, rounds
         Of the round with the smallest estimate, and the record of all.
+
+    Raises
+    ------
+    MemoryShortageError
+        Of the first round; a later one that raises it is given up.
     """
     todo = first
     best: dict[str, BodyResult] = {}
     rounds: list[Round] = []
+    number = 0
     while todo:
-        reduced = dict(best)
-        for name, chosen in todo.items():
-            result = reduce_one(name, chosen, best.get(name))
-            if result is not None:
-                reduced[name] = result
-        found = judge(reduced, len(rounds) + 1, 1.0) if comm.rank == 0 else None
+        number += 1
+        reduced, given_up = dict(best), ""
+        try:
+            for name, chosen in todo.items():
+                result = reduce_one(name, chosen, best.get(name))
+                if result is not None:
+                    reduced[name] = result
+        except MemoryShortageError as error:
+            if number == 1:
+                raise
+            reduced, given_up = best, str(error)
+        found = judge(reduced, number, 1.0) if comm.rank == 0 and not given_up else None
         todo = {}
         if found is None:
             best = reduced
+            if given_up and rounds:
+                rounds[-1] = replace(
+                    rounds[-1], refined=(), stopped=given_up, lacked_memory=True
+                )
         else:
-            stopped = _stop(rounds, *found, most)
+            stopped, short = _stop(rounds, *found, most), ""
             if not stopped:
-                again = partial(judge, reduced, len(rounds) + 1)
-                found, stopped = _that_fits(found, again, shortage, reduced)
+                again = partial(judge, reduced, number)
+                found, short = _that_fits(found, again, shortage, reduced)
+            stopped = stopped or short
             todo = {} if stopped else found[1]
             refined = () if stopped else found[0].refined
-            rounds.append(replace(found[0], refined=refined, stopped=stopped))
+            rounds.append(
+                replace(found[0], refined=refined, stopped=stopped, lacked_memory=bool(short))
+            )
             best = best if _rises(rounds) else reduced
         todo = comm.bcast(todo, root=0)
     at = len(rounds) - 1 - _rises(rounds)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from solidwhirl.bodies.reduction import BodyResult, Discretisation, first_discretisation
+from solidwhirl.core.errors import MemoryShortageError
 from solidwhirl.core.machine import available_memory_gib, resident_memory_gib
 from solidwhirl.cost.analyses import AnalysisCost, analysis_costs
 from solidwhirl.cost.around import Writing, start_s, writing
@@ -18,9 +19,11 @@ from solidwhirl.cost.memory import refuse_what_does_not_fit, with_chosen_solvers
 from solidwhirl.cost.stand_in import StandIn, stand_in, stepped_parts
 from solidwhirl.cost.work import RunCost, mesh_kind, predict_body_cost, predict_cost
 from solidwhirl.geometry import Body
+from solidwhirl.meshing import Mesh
 from solidwhirl.meshing.imported.records import AnyBody, MeshedBody, is_asymmetric
 from solidwhirl.meshing.own.prediction import (
     PredictedMesh,
+    counted,
     predict_mesh,
     predict_refined,
     predict_revolved,
@@ -211,6 +214,37 @@ def refuse_too_large(
     )
 
 
+def _free_gib(scene: Scene) -> float:
+    """Memory that is left, or that the scene leaves."""
+    allowed = scene.model.memory_gib
+    left = available_memory_gib()
+    if allowed is not None:
+        left = min(left, allowed - resident_memory_gib())
+    return max(left, 0.0)
+
+
+def refuse_made_mesh(
+    scene: Scene, plan: Plan, body: AnyBody, chosen: Discretisation, mesh: Mesh
+) -> None:
+    """Refuse a mesh whose reduction needs more memory than is left, now that its numbers are known.
+
+    Raises MemoryShortageError.
+    """
+    cost = predict_body_cost(
+        body,
+        plan.bodies[body.name],
+        modes=chosen.modes,
+        estimates=scene.model.estimates == "on",
+        mesh=counted(mesh),
+    )
+    needed, left = cost.peak_memory_gib - BASE_GIB, _free_gib(scene)
+    if needed > left:
+        raise MemoryShortageError(
+            f"{body.name}: a mesh of {len(mesh.cells)} cells needs about {needed:.2g} GiB to be "
+            f"reduced, {left:.2g} GiB are free"
+        )
+
+
 def shortage_of(
     scene: Scene,
     plan: Plan,
@@ -235,14 +269,12 @@ def shortage_of(
             for name, chosen in todo.items()
         ]
         needed = max(cost.peak_memory_gib for cost in costs) - BASE_GIB
-        left = available_memory_gib()
-        if scene.model.memory_gib is not None:
-            left = min(left, scene.model.memory_gib - resident_memory_gib())
+        left = _free_gib(scene)
         if needed <= left:
             spent = sum(cost.total_s for cost in costs)
             progress(f"next round: about {spent:.2g} s, {needed:.2g} GiB more")
             return ""
-        return f"the next round needs about {needed:.2g} GiB, {max(left, 0.0):.2g} GiB are left"
+        return f"the next round would need about {needed:.2g} GiB, {left:.2g} GiB are free"
 
     return shortage
 

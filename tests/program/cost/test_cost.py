@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from solidwhirl.build import cylinder
+from solidwhirl.core.errors import MemoryShortageError
 from solidwhirl.core.machine import machine_speed
 from solidwhirl.cost import coefficients as cost_coefficients
 from solidwhirl.cost import machine as machines
@@ -17,7 +18,7 @@ from solidwhirl.cost import run_coefficients
 from solidwhirl.cost.effects import effect_costs
 from solidwhirl.cost.forecast import forecast
 from solidwhirl.cost.machine import GROUPS, REFERENCE, this_machine, uniform
-from solidwhirl.cost.memory import MemoryShortageError, refuse_what_does_not_fit
+from solidwhirl.cost.memory import refuse_what_does_not_fit
 from solidwhirl.cost.stand_in import stand_in, stepped_parts
 from solidwhirl.cost.tables import cost_rows, forecast_document, forecast_rows
 from solidwhirl.cost.work import STAGES, predict_body_cost, predict_cost
