@@ -199,7 +199,9 @@ def reduce_meshed(
         text = f"{place}: {error}{_whose_speed(scene, own, body.name, str(error))}"
         raise type(error)(text) from error
     except MemoryError as error:
-        raise MemoryShortageError(f"{place}: the memory was not enough for its reduction") from error
+        raise MemoryShortageError(
+            f"{place}: the memory was not enough for its reduction"
+        ) from error
     if mesh is None:
         return None
     return BodyResult(

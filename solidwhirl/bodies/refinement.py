@@ -4,8 +4,9 @@ Every iteration (round) reduces the bodies that changed, assembles the engine, e
 of the modes that the Campbell diagram will follow, at rest, at the top speed and between, and
 refines what contributes more than its share: meshes by the errors of their own elements, bases by
 more modes or another speed. Where the memory does not hold the next round, what it aims at is
-doubled until it does, or nothing is left to refine. A round that turns out not to fit is given up. Where
-that happens, or an estimate rises, the round before it counts. Analyses run once, on the system of that round.
+doubled until it does, or nothing is left to refine. A round that turns out not to fit is given up.
+Where that happens, or an estimate rises, the round before it counts. Analyses run once, on the
+system of that round.
 """
 
 from __future__ import annotations
@@ -116,6 +117,7 @@ def rounds_of(
     comm: Any,
     most: int,
     shortage: Shortage = lambda todo, reduced: "",
+    let_go: Callable[[BodyResult], BodyResult] = lambda result: result,
 ) -> tuple[dict[str, BodyResult], tuple[Round, ...]]:
     """Reduce bodies again until a judge has nothing more to refine, or it gets no better.
 
@@ -133,6 +135,8 @@ def rounds_of(
         Number of rounds after which it ends in any case.
     shortage
         Why the next discretisations are too much for the machine; empty where they are not.
+    let_go
+        Returns a body that is reduced again without what only its judge needed.
 
     Returns
     -------
@@ -150,6 +154,7 @@ def rounds_of(
     number = 0
     while todo:
         number += 1
+        best |= {name: let_go(best[name]) for name in todo if name in best}
         reduced, given_up = dict(best), ""
         try:
             for name, chosen in todo.items():
@@ -165,9 +170,7 @@ def rounds_of(
         if found is None:
             best = reduced
             if given_up and rounds:
-                rounds[-1] = replace(
-                    rounds[-1], refined=(), stopped=given_up, lacked_memory=True
-                )
+                rounds[-1] = replace(rounds[-1], refined=(), stopped=given_up, lacked_memory=True)
         else:
             stopped, short = _stop(rounds, *found, most), ""
             if not stopped:

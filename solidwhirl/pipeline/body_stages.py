@@ -144,8 +144,12 @@ def _refined_bodies(
         job.progress(f"estimated error {done.estimate:.1e} after round {number}{left_out}")
         return done, todo
 
+    def without_indicators(result: reduction.BodyResult) -> reduction.BodyResult:
+        return replace(result, work=replace(result.work, indicators=None))
+
     shortage = shortage_of(scene, plan, bodies, job.progress)
-    return rounds_of(first, reduce_one, judge, job.comm, scene.model.rounds, shortage)
+    most = scene.model.rounds
+    return rounds_of(first, reduce_one, judge, job.comm, most, shortage, without_indicators)
 
 
 def bodies_asked(job: Job, bodies: Mapping[str, Body | MeshedBody]) -> tuple[Any, ...]:

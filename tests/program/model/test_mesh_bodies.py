@@ -359,7 +359,8 @@ def test_more_memory_than_there_is_is_refused_before_meshing(folder):
         "size_m": 1e-5,
         "interfaces": [{"name": "front", "box_m": FRONT}, {"name": "rear", "box_m": REAR}],
     }
-    with pytest.raises(MemoryShortageError, match=r"mesh_bodies.rotor: would have .* take a larger size_m"):
+    message = r"mesh_bodies.rotor: would have .* take a larger size_m"
+    with pytest.raises(MemoryShortageError, match=message):
         run(scene(folder, mesh_bodies={"rotor": body}))
 
 
