@@ -1,13 +1,13 @@
 """Errors of the reduction stage."""
 
-from solidwhirl.core.errors import UserError
+from solidwhirl.core.errors import MemoryShortageError, UserError
 
 
 class ReductionError(UserError):
     """A body that can not be reduced as asked."""
 
 
-class FactorMemoryError(ReductionError):
+class FactorMemoryError(ReductionError, MemoryShortageError):
     """A factor that needs more memory than the machine has."""
 
 

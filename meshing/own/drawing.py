@@ -7,7 +7,7 @@ import os
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import gmsh
 import numpy as np
@@ -22,6 +22,9 @@ from solidwhirl.meshing.records import LocalSize, MeshSize
 _SHORTEST = 0.3
 # Decimals and digits that are drawn: units that differ give the same numbers, and the same mesh.
 _DECIMALS, _DIGITS = 12, 12
+# How far sizes go on beyond facets, as a part of their edges: an arc of a quarter of the circle
+# bulges by 0.15 of its chord.
+_SKIN = 0.15
 
 
 @contextmanager
@@ -122,6 +125,8 @@ def local_size_field(local: LocalSize, size: MeshSize, unit_m: float) -> None:
 
 def local_sizes(local: LocalSize, size: MeshSize, unit_m: float) -> list[int]:
     """Size fields of a meridian, in the plane y = 0, or of a sector; the smallest value counts."""
+    if local.points.shape[1] == 3:
+        local = with_skin(local)
     corners = local.points[local.cells] / unit_m
     values = local.size_m[local.cells] / unit_m
     size_drawn = drawn_length(size.size_m, unit_m)
@@ -141,6 +146,42 @@ def local_sizes(local: LocalSize, size: MeshSize, unit_m: float) -> list[int]:
     field.setNumber(largest, "VIn", size_drawn)
     field.setNumber(largest, "VOut", size_drawn)
     return [given, largest, *graded_fields(local.places, local.growth, size, 2, unit_m)]
+
+
+def with_skin(local: LocalSize) -> LocalSize:
+    """Sizes of a solid continued beyond its flat facets, constant along the normals.
+
+    Curved surfaces bulge from the facets of the last mesh. gmsh would take the size of the nearest
+    vertex there, which may be that of a fine edge across a whole facet.
+    """
+    sides = np.array([np.roll(np.arange(4), k) for k in range(4)])  # facet, and the vertex across
+    facets = local.cells[:, sides].reshape(-1, 4)
+    _, first, count = np.unique(
+        np.sort(facets[:, :3], axis=1), axis=0, return_index=True, return_counts=True
+    )
+    outer = facets[first[count == 1]]
+    a, b, c, across = (local.points[outer[:, k]] for k in range(4))
+    normals = np.cross(b - a, c - a)
+    normals *= -np.sign(np.einsum("fi,fi->f", normals, across - a))[:, None]
+    normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
+    longest = np.max([np.linalg.norm(u - v, axis=1) for u, v in ((a, b), (b, c), (c, a))], axis=0)
+    out, reach = np.zeros_like(local.points), np.zeros(len(local.points))
+    for k in range(3):
+        np.add.at(out, outer[:, k], normals)
+        np.maximum.at(reach, outer[:, k], _SKIN * longest)
+    on_skin = np.unique(outer[:, :3])
+    length = np.maximum(np.linalg.norm(out[on_skin], axis=1), 1e-300)
+    copies = local.points[on_skin] + (reach[on_skin] / length)[:, None] * out[on_skin]
+    # prisms in three tetrahedra, neighbours with the same diagonals
+    below = np.sort(outer[:, :3], axis=1)
+    above = len(local.points) + np.searchsorted(on_skin, below)
+    prisms = [np.hstack([below[:, k:], above[:, : k + 1]]) for k in range(3)]
+    return replace(
+        local,
+        points=np.vstack([local.points, copies]),
+        cells=np.vstack([local.cells, *prisms]),
+        size_m=np.concatenate([local.size_m, local.size_m[on_skin]]),
+    )
 
 
 def set_smallest(fields: list[int]) -> None:

@@ -42,7 +42,7 @@ from solidwhirl.meshing.own.grading import (
     graded_places,
 )
 from solidwhirl.meshing.own.quality import doubled_areas
-from solidwhirl.meshing.records import FloatArray, IntArray, LocalSize, MeshSize
+from solidwhirl.meshing.records import FloatArray, IntArray, LocalSize, Mesh, MeshSize
 from solidwhirl.rotordyn.core.arrays import BoolArray
 
 # Equilateral triangle and regular tetrahedron of edge 1.
@@ -128,6 +128,25 @@ class PredictedMesh:
         if solid:
             nodes += self.cells * (p - 1) * (p - 2) * (p - 3) // 6
         return nodes
+
+
+def counted(mesh: Mesh) -> PredictedMesh:
+    """Return the numbers of a mesh that was made; of a sector with both cut faces counted whole.
+
+    Facets follow from Euler's formula.
+    """
+    vertices = len(np.unique(mesh.cells[:, : mesh.dimension + 1]))
+    edges, cells, solid = len(mesh.points) - vertices, len(mesh.cells), mesh.dimension == 3
+    none = PredictedMesh(dimension=2, cells=0, vertices=0, edges=0, facets=0, graded_places=0)
+    return PredictedMesh(
+        dimension=mesh.dimension,
+        cells=cells,
+        vertices=vertices,
+        edges=edges,
+        facets=1 - vertices + edges + cells if solid else 0,
+        graded_places=0,
+        cut_face=none if mesh.sector is not None else None,
+    )
 
 
 @lru_cache(maxsize=64)

@@ -99,12 +99,13 @@ def reduce_indices(
                     "leave 0 and 1 to the modes of the engine"
                 )
             basis = _basis(operators, request)
-            omitted = _omitted(operators, basis, clamped, request)
+            left_out = residuals.truncation_energy(operators, basis) if request.estimates else None
+            basis.factor.destroy()  # before the finer space, which takes as much
+            omitted = _omitted(operators, basis, left_out, clamped, request)
             indices.append(_matrices(operators, basis, index, omitted))
             amplitudes.append(_fields(operators, basis, outline.points_m))
             at_nodes = partial(_interior_fields, operators, basis)
             roots.append(blade_roots(blades, mesh, operators, _interior(basis), at_nodes))
-            basis.factor.destroy()
         finally:
             operators.release()
     sectors = None if mesh.dimension == 2 else _sectors(mesh)
@@ -204,12 +205,16 @@ def _turn(operators: BodyOperators) -> int | None:
 
 
 def _omitted(
-    operators: BodyOperators, basis: Basis, body: AnyBody, request: CyclicRequest
+    operators: BodyOperators,
+    basis: Basis,
+    left_out: tuple[residuals.Omitted, Matrix] | None,
+    body: AnyBody,
+    request: CyclicRequest,
 ) -> tuple[OmittedEnergy, ...]:
-    """What the basis leaves out, and what its elements can not follow."""
-    if not request.estimates:
+    """What the basis leaves out (`left_out`, with answers), and what its elements can't follow."""
+    if left_out is None:
         return ()
-    truncation, answers = residuals.truncation_energy(operators, basis)
+    truncation, answers = left_out
     found = [truncation]
     if "mesh" in request.estimates:
         found.append(residuals.mesh_energy(operators, basis, answers, body.interfaces)[0])

@@ -31,7 +31,8 @@ from solidwhirl.reduction.operators.matrices import BodyOperators
 from solidwhirl.reduction.operators.solver_choice import solver_name
 from solidwhirl.reduction.residuals import residual_energy as residuals
 from solidwhirl.reduction.residuals.indicators import ElementIndicators
-from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.reduction.solvers.memory import return_free_memory
+from solidwhirl.rotordyn.core.arrays import FloatArray, Matrix
 from solidwhirl.rotordyn.superelement.invariants import Invariant
 from solidwhirl.rotordyn.superelement.record import Superelement
 from solidwhirl.rotordyn.superelement.rigid_body import MassProperties, attach_rigid_disk
@@ -58,9 +59,11 @@ def reduce_body(
         start = time.perf_counter()
         operators = order_operators(body, mesh, comm, request, order)
         assembling = time.perf_counter() - start
-        found = _solved(operators, body, request, shown, orders)
+        try:
+            found = _solved(operators, body, request, shown, orders)
+        finally:
+            operators.release()
         orders.append(replace(found, seconds={"operators": assembling, **found.seconds}))
-        operators.release()
     properties = _properties(body, orders[-1].rigid_mass)
     blocks = [order.block for order in orders]
     element = superelements.build_superelement(
@@ -111,12 +114,15 @@ def _solved(
     error = orthogonality_error(operators, basis)
     surface = surfaces.nodal_amplitudes(operators, basis, on_surface)
     reduced = time.perf_counter()
-    omitted, finer, did = _omitted(operators, basis, body, request)
-    estimated = time.perf_counter()
+    left_out = residuals.truncation_energy(operators, basis) if request.estimates else None
+    truncated = time.perf_counter()
     checks = order_checks(operators, basis, error, body, request)
     checked = time.perf_counter()
     solver = solver_name(basis.factor)
-    basis.factor.destroy()
+    basis.factor.destroy()  # before the finer space, which takes as much
+    return_free_memory()
+    omitted, finer, did = _omitted(operators, basis, left_out, body, request)
+    estimated = time.perf_counter()
     before = [order.moments for order in earlier]
     return SolvedOrder(
         label="solid" if operators.harmonic is None else f"n={operators.harmonic}",
@@ -136,8 +142,8 @@ def _solved(
         solver=solver,
         seconds={
             "basis": reduced - start,
-            "error_estimate": estimated - reduced,
-            "checks": checked - estimated,
+            "error_estimate": estimated - checked + truncated - reduced,
+            "checks": checked - truncated,
         },
     )
 
@@ -161,12 +167,19 @@ def order_checks(
 
 
 def _omitted(
-    operators: BodyOperators, basis: Basis, body: AnyBody, request: ReductionRequest
+    operators: BodyOperators,
+    basis: Basis,
+    left_out: tuple[residuals.Omitted, Matrix] | None,
+    body: AnyBody,
+    request: ReductionRequest,
 ) -> tuple[tuple[residuals.Omitted, ...], residuals.FinerSpace | None, tuple[str, ...]]:
-    """What one order leaves out, the finer space it was measured in, and what was solved."""
-    if not request.estimates:
+    """What one order leaves out, the finer space it was measured in, and what was solved.
+
+    `left_out`: modes and answers of `truncation_energy`; None without estimates.
+    """
+    if left_out is None:
         return (), None, ()
-    truncation, answers = residuals.truncation_energy(operators, basis)
+    truncation, answers = left_out
     columns = basis.vectors.shape[1]
     did: tuple[str, ...] = (f"error estimate of the reduction: {3 * columns} solutions",)
     parts, finer = [truncation], None

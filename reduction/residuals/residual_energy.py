@@ -60,6 +60,8 @@ _ROUGH = 1e-4
 # Steps of conjugate gradients, and what they find of the energy that the next order adds: 0.83 to
 # 0.92 on four rotors of 12 and of 24 sectors, whatever the size of the elements [measured].
 _STEPS, _FOUND = 3, 0.85
+# Columns that a finer space is solved for together: each takes some ten vectors of that space.
+_BLOCK = 16
 # Terms of the series behind the element factor.
 _SERIES = 100_000
 
@@ -80,7 +82,7 @@ class FinerSpace:
     """The body on the same mesh with elements one order higher, and how V misses it."""
 
     space: Any
-    stiffness: Any  #: Its K (û of that space)
+    stiffness: Any  #: Its K (û of that space), with the weights of the elements' energies
     #: (4 blocks, local û, n) the omitted displacement per unit of each term of the residual
     misses: Matrix
     coupling: Coupling
@@ -166,24 +168,24 @@ def mesh_energy(
         free = _raised(operators, finer, basis.free)
         solver, found = relaxation(finer, free, operators.comm), _FOUND
     misses = _missed(operators, basis, answers, finer, solver)
+    finer.stiffness.destroy()
     given = operators.ingredients
     singular = singular_nodes(
         finer.space.mesh, given.facet_tags, interfaces, given.kinematics.cyclic
     )
     weighted = _weighted_stiffness(operators, finer, singular)
     energy = _gram(weighted, misses, operators.comm) / found
-    weighted.destroy()
     omitted = Omitted(part="mesh", gram=energy, safety=_RESERVE, cutoff_rad_s=np.inf)
     kept = FinerSpace(
         space=finer.space,
-        stiffness=finer.stiffness,
+        stiffness=weighted,
         misses=_single(misses),  # they only tell where the error is
         coupling=finer.coupling,
         ingredients=finer.ingredients,
         singular=singular,
     )
     # PETSc keeps what Python merely drops
-    for held in (finer.stiffness, finer.coupling.unknowns):
+    for held in (weighted, finer.coupling.unknowns):
         weakref.finalize(kept, held.destroy)
     return omitted, kept
 
@@ -258,20 +260,25 @@ def _missed(
     wider space, n). Of its matrices only the stiffness is left.
     """
     v, b = basis.vectors, basis.interface_count
-    # the modes answer their own strain in the space they are of
-    loads = residual_terms(finer, _raised(operators, finer, v), b)
     free = _raised(operators, finer, basis.free)
-    loads = balanced(loads, finer, free)
-    for k in range(1, 4):  # in place of the loads, which are not needed any more
-        if loads[k].any():
-            known = _raised(operators, finer, answers[k])
-            left = loads[k] - apply(finer.stiffness, known)
-            if basis.shift:
-                left += basis.shift * apply(finer.mass, known)
-            loads[k] = _answers(solver, left)
-    loads[0, :, :b] = _answers(solver, loads[0][:, :b])
+    misses: Matrix = np.zeros((_TERMS, len(free), v.shape[1]), dtype=v.dtype)
+    for start in range(0, v.shape[1], _BLOCK):
+        span = slice(start, start + _BLOCK)
+        # the modes answer their own strain in the space they are of
+        strained = max(b - start, 0)
+        loads = residual_terms(finer, _raised(operators, finer, v[:, span]), strained)
+        loads = balanced(loads, finer, free)
+        for k in range(1, _TERMS):
+            if loads[k].any():
+                known = _raised(operators, finer, answers[k][:, span])
+                left = loads[k] - apply(finer.stiffness, known)
+                if basis.shift:
+                    left += basis.shift * apply(finer.mass, known)
+                loads[k] = _answers(solver, left)
+        if strained:
+            loads[0, :, :strained] = _answers(solver, loads[0, :, :strained])
+        misses[:, :, span] = _unmoved(loads, finer, free)
     solver.destroy()
-    misses = _unmoved(loads, finer, free)
     for unused in (finer.mass, finer.gyroscopic, finer.stress_stiffening, finer.spin_softening):
         if unused is not None:
             unused.destroy()
@@ -300,7 +307,7 @@ def _single(values: Matrix) -> Matrix:
 
 
 def balanced(loads: Matrix, operators: BodyOperators, free: Matrix) -> FloatArray:
-    """Loads without what only accelerates the body as a whole, (..., local û, n) like them.
+    """Take from loads (..., local û, n), in their place, what only accelerates the whole body.
 
     The residual of a motion in the basis does no work on rigid motions that the basis holds, but
     its terms do, and a stiffness without supports would answer them without bounds.
@@ -319,14 +326,12 @@ def _unmoved(fields: Matrix, operators: BodyOperators, free: Matrix) -> FloatArr
 
 
 def _without(blocks: Matrix, taken: Matrix, seen: Matrix, operators: BodyOperators) -> FloatArray:
-    """Blocks of columns less what of `taken` makes them orthogonal to `seen`."""
-    if not taken.shape[1]:
-        return blocks
-    gram = inner(seen, taken, operators.comm)
-    out = blocks.copy()
-    for block in out:
-        block -= taken @ np.linalg.solve(gram, inner(seen, block, operators.comm))
-    return out
+    """Blocks of columns less what of `taken` makes them orthogonal to `seen`, in their place."""
+    if taken.shape[1]:
+        gram = inner(seen, taken, operators.comm)
+        for block in blocks:
+            block -= taken @ np.linalg.solve(gram, inner(seen, block, operators.comm))
+    return blocks
 
 
 def singular_factor(degree: int, exponent: float = _SINGULAR_EXPONENT) -> float:

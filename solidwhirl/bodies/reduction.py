@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from solidwhirl.core.displays import indented
+from solidwhirl.core.errors import MemoryShortageError
 from solidwhirl.core.reduction_work import BODIES, ReductionWork
 from solidwhirl.core.versions import package_versions
 from solidwhirl.geometry import Body, MassProperties, mass_properties, symmetry
@@ -191,12 +192,15 @@ def reduce_meshed(
     own = plan.bodies[body.name]
     request = request_of(scene, plan, body, chosen)
     record = _provenance(scene, own, chosen, mesh) if mesh is not None else None
+    place = f"{'mesh_bodies' if isinstance(body, MeshedBody) else 'bodies'}.{body.name}"
     try:
         element, work = reduce_body(body, mesh, comm, request, comm.bcast(record))
     except ReductionError as error:
-        table = "mesh_bodies" if isinstance(body, MeshedBody) else "bodies"
-        raise ReductionError(
-            f"{table}.{body.name}: {error}{_whose_speed(scene, own, body.name, str(error))}"
+        text = f"{place}: {error}{_whose_speed(scene, own, body.name, str(error))}"
+        raise type(error)(text) from error
+    except MemoryError as error:
+        raise MemoryShortageError(
+            f"{place}: the memory was not enough for its reduction"
         ) from error
     if mesh is None:
         return None

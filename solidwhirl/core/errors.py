@@ -99,6 +99,10 @@ class UserError(ValueError):
     """Something that a user asked for and can not have; ends in one message, no traceback."""
 
 
+class MemoryShortageError(UserError):
+    """Work that needs more memory than there is."""
+
+
 class SceneError(UserError):
     """A scene that can not be run; the message names file, key, finding and what is allowed.
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from solidwhirl.bodies.reduction import BodyResult, Discretisation, first_discretisation
+from solidwhirl.core.errors import MemoryShortageError
 from solidwhirl.core.machine import available_memory_gib, resident_memory_gib
 from solidwhirl.cost.analyses import AnalysisCost, analysis_costs
 from solidwhirl.cost.around import Writing, start_s, writing
@@ -18,9 +19,11 @@ from solidwhirl.cost.memory import refuse_what_does_not_fit, with_chosen_solvers
 from solidwhirl.cost.stand_in import StandIn, stand_in, stepped_parts
 from solidwhirl.cost.work import RunCost, mesh_kind, predict_body_cost, predict_cost
 from solidwhirl.geometry import Body
+from solidwhirl.meshing import Mesh
 from solidwhirl.meshing.imported.records import AnyBody, MeshedBody, is_asymmetric
 from solidwhirl.meshing.own.prediction import (
     PredictedMesh,
+    counted,
     predict_mesh,
     predict_refined,
     predict_revolved,
@@ -33,12 +36,16 @@ from solidwhirl.scene.records import Scene
 
 # A round that is foreseen to have hardly more unknowns than the first one is not made.
 _GROWTH = 1.25
-# First meshes are better than their rule expects by such factors, by the order of their elements;
-# where that is enough there is one round (measured: bench/forecast.py).
+# First meshes are better than their rule expects by such factors, by the order of their elements,
+# but for those with features; where that is enough there is one round (measured:
+# bench/forecast.py).
 _BETTER, _LOWEST = {2: 2.0, 3: 10.0}, 2
 # Meshes of elements of order 2 become larger by these factors at least, once they are refined
 # (measured: bench/forecast.py).
 _REFINED = {"harmonic": 2.0, "revolved": 3.0, "solid": 4.0}
+# Those of bodies with features grow with the error over what is aimed at, which falls at their
+# edges as the size of the elements (measured: bladed wheels, 1e-2 to 2e-3).
+_BY_ERROR = 1.6
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -178,12 +185,15 @@ def _finer(
         assert isinstance(body, Body)  # given meshes are not adapted
         wanted = choose_resolution(body, own.level, rule)
         is_coarse = wanted.size.corner_size_m < first.size.corner_size_m
-        better = _BETTER.get(first.degree, 1.0)
+        better = 1.0 if body.features else _BETTER.get(first.degree, 1.0)
         if not is_coarse or first.expected_error <= better * scene.model.accuracy:
             continue
         plans[name] = replace(own, resolution=replace(wanted, degree=first.degree))
         kind = mesh_kind(body, own)
         before, after = (predict_mesh(body, r.size, kind) for r in (first, wanted))
+        if body.features:
+            meshes[name] = before.times(_BY_ERROR * first.expected_error / scene.model.accuracy)
+            continue
         growth = after.unknowns(first.degree) / before.unknowns(first.degree)
         least = _REFINED[kind] if first.degree == _LOWEST else 1.0
         meshes[name] = after.times(max(least / growth, 1.0))
@@ -211,6 +221,37 @@ def refuse_too_large(
     )
 
 
+def _free_gib(scene: Scene) -> float:
+    """Memory that is left, or that the scene leaves."""
+    allowed = scene.model.memory_gib
+    left = available_memory_gib()
+    if allowed is not None:
+        left = min(left, allowed - resident_memory_gib())
+    return max(left, 0.0)
+
+
+def refuse_made_mesh(
+    scene: Scene, plan: Plan, body: AnyBody, chosen: Discretisation, mesh: Mesh
+) -> None:
+    """Refuse a mesh whose reduction needs more memory than is left, now that its numbers are known.
+
+    Raises MemoryShortageError.
+    """
+    cost = predict_body_cost(
+        body,
+        plan.bodies[body.name],
+        modes=chosen.modes,
+        estimates=scene.model.estimates == "on",
+        mesh=counted(mesh),
+    )
+    needed, left = cost.peak_memory_gib - BASE_GIB, _free_gib(scene)
+    if needed > left:
+        raise MemoryShortageError(
+            f"{body.name}: a mesh of {len(mesh.cells)} cells needs about {needed:.2g} GiB to be "
+            f"reduced, {left:.2g} GiB are free"
+        )
+
+
 def shortage_of(
     scene: Scene,
     plan: Plan,
@@ -235,14 +276,12 @@ def shortage_of(
             for name, chosen in todo.items()
         ]
         needed = max(cost.peak_memory_gib for cost in costs) - BASE_GIB
-        left = available_memory_gib()
-        if scene.model.memory_gib is not None:
-            left = min(left, scene.model.memory_gib - resident_memory_gib())
+        left = _free_gib(scene)
         if needed <= left:
             spent = sum(cost.total_s for cost in costs)
             progress(f"next round: about {spent:.2g} s, {needed:.2g} GiB more")
             return ""
-        return f"the next round needs about {needed:.2g} GiB, {max(left, 0.0):.2g} GiB are left"
+        return f"the next round would need about {needed:.2g} GiB, {left:.2g} GiB are free"
 
     return shortage
 

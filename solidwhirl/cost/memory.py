@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
-from solidwhirl.cost.work import Cost, CostError, predict_body_cost, resolution_of
+from solidwhirl.core.errors import MemoryShortageError
+from solidwhirl.cost.work import Cost, predict_body_cost, resolution_of
 from solidwhirl.geometry import Body
 from solidwhirl.meshing.imported.records import MeshedBody
 from solidwhirl.model.plan_records import BodyPlan
@@ -15,10 +16,6 @@ from solidwhirl.scene.records import ModelSpec
 # Factors by which the sizes of a mesh are tried larger.
 _COARSER = (1.25, 1.5, 2.0, 3.0, 4.0, 6.0, 10.0)
 _LOWEST_ORDER = 2
-
-
-class MemoryShortageError(CostError):
-    """A reduction that needs more memory than there is."""
 
 
 def refuse_what_does_not_fit(

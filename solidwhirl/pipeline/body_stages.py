@@ -18,7 +18,7 @@ from solidwhirl.bodies.refinement import (
 )
 from solidwhirl.core.reduction_work import ReductionWork
 from solidwhirl.core.stages import Progress, Stage, StageName
-from solidwhirl.cost.forecast import shortage_of
+from solidwhirl.cost.forecast import refuse_made_mesh, shortage_of
 from solidwhirl.estimates.comparators import is_compared
 from solidwhirl.geometry import Body
 from solidwhirl.meshing import Mesh
@@ -94,7 +94,8 @@ def reduced_bodies(
         if rounds:  # on rank 0
             rounds = (replace(rounds[0], from_other=other is not None), *rounds[1:])
             chosen = {n: r.discretisation for n, r in reduced.items()}
-            for key in keys:
+            # one that lacked memory goes on where it ended
+            for key in keys[1:] if rounds[-1].lacked_memory else keys:
                 ended = Refinement(discretisations=chosen, rounds=rounds)
                 stage_cache.keep(key, "refinement", ended)
     return reduced, rounds
@@ -143,8 +144,12 @@ def _refined_bodies(
         job.progress(f"estimated error {done.estimate:.1e} after round {number}{left_out}")
         return done, todo
 
+    def without_indicators(result: reduction.BodyResult) -> reduction.BodyResult:
+        return replace(result, work=replace(result.work, indicators=None))
+
     shortage = shortage_of(scene, plan, bodies, job.progress)
-    return rounds_of(first, reduce_one, judge, job.comm, scene.model.rounds, shortage)
+    most = scene.model.rounds
+    return rounds_of(first, reduce_one, judge, job.comm, most, shortage, without_indicators)
 
 
 def bodies_asked(job: Job, bodies: Mapping[str, Body | MeshedBody]) -> tuple[Any, ...]:
@@ -219,6 +224,8 @@ def _reduce(
             if mesh is None or kept is None:
                 return None
             return _restored(job, body, mesh, chosen, *kept)
+        if mesh is not None and team.size == 1:
+            refuse_made_mesh(job.scene, job.plan, body, chosen, mesh)
         with job.clock.stage("import_solvers"):
             import solidwhirl.reduction  # noqa: F401
         why = reduction.solver_text(plan, mesh, team)

@@ -134,6 +134,12 @@ class InterfaceSpec(Record):
         return self
 
 
+_FEATURES = ("blades", "holes", "slots", "keyways", "flats", "cuts")
+#: Default of `[model] accuracy` with blades, holes, slots and the like, whose solids take a hundred
+#: times the unknowns of a meridian.
+ACCURACY_WITH_FEATURES = 1e-2
+
+
 class BodySpec(Record):
     """One rotor."""
 
@@ -154,6 +160,13 @@ class BodySpec(Record):
     modes: Annotated[Count, Field(le=500)] | None = None
     internal_damping: InternalDampingSpec | None = None
 
+    @property
+    def has_features(self) -> bool:
+        """Whether anything of it is no part of a body of revolution."""
+        return any(getattr(self, name) for name in _FEATURES) or any(
+            group.blades for group in self.stage_groups
+        )
+
     @model_serializer(mode="wrap")
     def _lean(self, content: SerializerFunctionWrapHandler) -> dict[str, Any]:
         return _without_absent(content(self))
@@ -161,8 +174,8 @@ class BodySpec(Record):
 
 def _without_absent(content: dict[str, Any]) -> dict[str, Any]:
     """Leave out features and joints that are not there, so that other scenes keep their hash."""
-    features = ("blades", "holes", "slots", "keyways", "flats", "cuts", "joints")
-    return {key: value for key, value in content.items() if value or key not in features}
+    may_lack = (*_FEATURES, "joints")
+    return {key: value for key, value in content.items() if value or key not in may_lack}
 
 
 # Speeds nearer than this part of them are one.
@@ -348,6 +361,15 @@ class Scene(Record):
                 f"bodies {alike[0]!r} and {alike[1]!r} differ in upper and lower case only, and "
                 "each has a file; choose another name for one"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _with_default_accuracy(self) -> Scene:
+        """Let bodies with features have theirs, where the scene gives none."""
+        given = "accuracy" in self.model.model_fields_set
+        if not given and any(body.has_features for body in self.bodies.values()):
+            model = self.model.model_copy(update={"accuracy": ACCURACY_WITH_FEATURES})
+            object.__setattr__(self, "model", model)
         return self
 
     def __repr__(self) -> str:

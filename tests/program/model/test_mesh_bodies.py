@@ -15,8 +15,8 @@ import pytest
 
 from solidwhirl.build import cylinder
 from solidwhirl.commands.geometry import geometry_command
-from solidwhirl.core.errors import SceneError
-from solidwhirl.cost.work import CostError, predict_body_cost
+from solidwhirl.core.errors import MemoryShortageError, SceneError
+from solidwhirl.cost.work import predict_body_cost
 from solidwhirl.geometry import GeometryError
 from solidwhirl.meshing import MeshingError, mesh_revolved, write_gmsh
 from solidwhirl.meshing.own.whole import whole_mesh
@@ -359,7 +359,8 @@ def test_more_memory_than_there_is_is_refused_before_meshing(folder):
         "size_m": 1e-5,
         "interfaces": [{"name": "front", "box_m": FRONT}, {"name": "rear", "box_m": REAR}],
     }
-    with pytest.raises(CostError, match=r"mesh_bodies.rotor: would have .* take a larger size_m"):
+    message = r"mesh_bodies.rotor: would have .* take a larger size_m"
+    with pytest.raises(MemoryShortageError, match=message):
         run(scene(folder, mesh_bodies={"rotor": body}))
 
 

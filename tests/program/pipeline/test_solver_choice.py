@@ -8,12 +8,8 @@ import numpy as np
 import pytest
 
 from solidwhirl.build import cylinder
-from solidwhirl.core.errors import SceneError
-from solidwhirl.cost.memory import (
-    MemoryShortageError,
-    refuse_what_does_not_fit,
-    with_chosen_solvers,
-)
+from solidwhirl.core.errors import MemoryShortageError, SceneError
+from solidwhirl.cost.memory import refuse_what_does_not_fit, with_chosen_solvers
 from solidwhirl.cost.work import predict_body_cost
 from solidwhirl.meshing import MeshSize, mesh_revolved, write_gmsh
 from solidwhirl.meshing.own.whole import whole_mesh
