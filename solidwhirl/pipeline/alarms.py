@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from solidwhirl.analyses.base import Operating
+from solidwhirl.analyses.base import Operating, given_speeds
 from solidwhirl.analyses.stability_summary import Stability, covering, interval_text
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.stability.intervals import UnstableInterval
@@ -63,7 +63,7 @@ def _unstable(stability: Stability) -> Iterator[Alarm]:
 
 def _operation(stability: Stability, operating: Sequence[Operating]) -> Iterator[Alarm]:
     """One line for each shaft that operates where the system is unstable."""
-    for own in operating:
+    for own in given_speeds(operating):
         low, high = own.reference_rpm
         found = covering(stability.intervals, low, high)
         if found:
