@@ -147,7 +147,7 @@ class BallBearing:
             outer_load_n=np.hypot(*outer.T).reshape(at),
             inner_angle_rad=angles[0].reshape(at),
             outer_angle_rad=angles[1].reshape(at),
-            gap_m=gap.reshape(at),
+            gap_m=gap.reshape(*at[:1], -1),
             place=place.reshape(moved.shape),
         )
 
@@ -246,8 +246,9 @@ def _balls(
     deep = np.maximum(0.5 * (length - free.sum()), thrown[:, 0] - free[1])
     place = centres * ((free[1] + deep) / length)[:, None] if near is None else near
     # where a ball thrown outward does not touch the inner race, that is its place
-    gap = free[0] - np.hypot(*(centres - thrown).T)
-    is_thrown = gap >= 0
+    # a small load of its own leaves the corner where a ball at rest would come into contact
+    gap = np.stack((free[0] - np.hypot(*(centres - thrown).T), free.sum() - length), axis=1)
+    is_thrown = gap[:, 0] >= 0
     place = np.where(is_thrown[:, None], thrown, place)
     moving = np.flatnonzero((centrifugal_n > 0) & ~is_thrown)
     if moving.size:
@@ -266,7 +267,7 @@ def _balls(
         force, own = _spring(centres[still], bearing.groove_distance_m, c)
         pull_in[still], pull_out[still], stiffness[still] = force, force, own
         angles[0][still] = angles[1][still] = _angle(centres[still])
-        gap[still] = bearing.groove_distance_m - length[still]
+        gap[still, 0] = gap[still, 1]
     return _Balls(pull_in, pull_out, stiffness, angles, place, gap)
 
 

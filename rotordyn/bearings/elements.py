@@ -18,8 +18,9 @@ class Contacts(NamedTuple):
 
     `force`: (b, N, r); `stiffness`: (b, N, r, r), or (b, N, r) where the directions are
     independent; `inner_load_n`, `outer_load_n`: on the two races; `inner_angle_rad`,
-    `outer_angle_rad`: contact angles, (b, N) each; `gap_m`: to the inner race, negative in contact,
-    smooth through it, (b, N); `place`: where balls are, to begin the next search from, (b, N, 2).
+    `outer_angle_rad`: contact angles, (b, N) each; `gap_m`: smooth, and of another sign on either
+    side of a corner of the forces, such as the loss of contact, (b, g); `place`: where balls are,
+    to begin the next search from, (b, N, 2).
     """
 
     force: FloatArray

@@ -40,6 +40,8 @@ _CRUSHED = 0.02
 _FAST = 1e6
 # Positions of the balls between two at which one comes into contact, and steps to find these.
 _POSITIONS, _FALSE_POSITION = 8, 8
+# Positions that differ by less than this decimal are one.
+_ONE_PLACE = 6
 # What tables keep to, and motions that have next to no stiffness beside the largest √k.
 _CLOSE, _SMALL = 1e-4, 1e-2
 
@@ -318,7 +320,7 @@ def _places(
     dense, slope = t**3 * (10.0 - 15.0 * t + 6.0 * t * t), 30.0 * (t * (1.0 - t)) ** 2
     found: list[tuple[int, float, float]] = []
     for k in range(count):
-        ends = [0.0, *sorted(middle[which == k].tolist()), 1.0]
+        ends = np.unique([0.0, *middle[which == k].round(_ONE_PLACE), 1.0]).tolist()
         if len(ends) == 2:
             found += [(k, 0.0, 0.25), (k, 0.5, 0.5), (k, 1.0, 0.25)]
             continue
