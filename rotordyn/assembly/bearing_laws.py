@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -18,9 +18,11 @@ from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 ARGUMENT_UNITS: Mapping[str, float] = MappingProxyType(
     {"rad/s": 1.0, "rpm": RPM_PER_RAD_S, "Hz": 0.5 / np.pi}
 )
-INTERPOLATIONS = ("linear", "monotone")
+INTERPOLATIONS = ("linear", "monotone", "cubic")
 
 
+# What couples tilts with lateral motion below this part of both is rounding.
+_ROUNDED = 1e-9
 # Rows of a table nearer to each other than this fraction of the highest speed are one speed.
 _ONE_SPEED = 1e-12
 
@@ -139,7 +141,8 @@ class TableLaw(_LawOfPieces):
 
     `speeds_rad_s`: spin speeds, rising, not negative, shape (s,), s ≥ 2; `stiffness_n_per_m`,
     `damping_n_s_per_m`: on (ux, uy), shape (s, 2, 2); `interpolation`: "monotone" (piecewise cubic
-    after Fritsch and Carlson, no overshoot between the values) or "linear", entry by entry;
+    after Fritsch and Carlson, no overshoot between the values), "linear", or "cubic" (a spline, of
+    values that are smooth), entry by entry;
     `static_loads_n`: the load of the bearing that each row is of, shape (s,), where it is known.
     Raises AssemblyError if shapes do not fit, numbers are not finite, or speeds do not rise or are
     one speed but for rounding.
@@ -174,6 +177,116 @@ class TableLaw(_LawOfPieces):
         """
         refuse_own(self.name, stiffness_n_per_m, damping_n_s_per_m)
         return self._pieces
+
+
+class LawPart(NamedTuple):
+    """A law on two motions: its rows over ux to rz, (2, 6), and the law."""
+
+    rows: FloatArray
+    law: TableLaw
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class RingLaw:
+    """The stiffness of a rolling bearing or a set of them on ux, uy, uz, rx, ry over the speed.
+
+    Made of laws on two motions each, added: on (ux, uy) and (rx, ry); on both at once, as at a
+    point of the axis at a distance, what couples them; on uz. Each keeps a positive stiffness
+    where the whole has one. What couples uz with the others is left out.
+
+    `speeds_rad_s`: rising, (s,); `stiffness`: symmetric, (s, 5, 5); `damping_n_s_per_m`: in x and
+    y; `motions`: those of ux, uy, uz, rx, ry that it is on, by number, the first two and others;
+    `least`, `most`: of the diagonal over the positions of the balls, (s, 5), where they are known;
+    `parts`: what it is made of.
+    """
+
+    name: str
+    speeds_rad_s: FloatArray
+    stiffness: FloatArray
+    damping_n_s_per_m: float = 0.0
+    motions: tuple[int, ...] = (0, 1, 2, 3, 4)
+    least: FloatArray | None = None
+    most: FloatArray | None = None
+    parts: tuple[LawPart, ...] = ()
+    # nothing of it comes from the sense of the spin
+    is_symmetric = True
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "speeds_rad_s", "stiffness")
+        if not self.parts:
+            object.__setattr__(self, "parts", tuple(_ring_parts(self)))
+
+    @property
+    def speed_range_rad_s(self) -> tuple[float, float]:
+        """Lowest and highest tabulated spin speed, rad/s."""
+        return float(self.speeds_rad_s[0]), float(self.speeds_rad_s[-1])
+
+    def coefficients(
+        self, speed_rad_s: float, stiffness_n_per_m: FloatArray, damping_n_s_per_m: FloatArray
+    ) -> BearingCoefficients:
+        """Return the coefficients on `motions`, shape (d, d) each, see `SpeedLaw`."""
+        whole = np.zeros((2, 6, 6))
+        for rows, law in self.parts:
+            found = law.coefficients(speed_rad_s, stiffness_n_per_m, damping_n_s_per_m)
+            whole += rows.T @ np.array(found) @ rows
+        at = np.ix_(self.motions, self.motions)
+        return BearingCoefficients(whole[0][at], whole[1][at])
+
+    def mirrored(self) -> RingLaw:
+        """Return the law as seen in a mirror that turns y round."""
+        turned = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
+        return replace(self, parts=tuple(LawPart(rows * turned, law) for rows, law in self.parts))
+
+    def at_rest(self) -> RingLaw:
+        """Return the law with the values at rest at all speeds."""
+        return replace(self, stiffness=0.0 * self.stiffness + self.stiffness[0], parts=())
+
+
+def _ring_parts(law: RingLaw) -> Iterator[LawPart]:
+    """Yield the laws on two motions that a ring law is made of."""
+    k, every = law.stiffness, np.eye(6)
+    lateral, tilt, coupling = k[:, :2, :2], k[:, 3:, 3:], k[:, :2, 3:]
+    cross = np.array([[0.0, 1.0], [-1.0, 0.0]])
+    # at a distance a of the axis the point moves by u + a J r; S there couples by a S J
+    seen = coupling @ cross.T
+    seen = 0.5 * (seen + seen.swapaxes(1, 2))
+    distance = 0.0
+    if 3 in law.motions:
+        sizes = [np.trace(part, axis1=1, axis2=2) for part in (lateral, tilt, seen)]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            low = np.nanmax(np.abs(sizes[2]) / sizes[0], initial=0.0)
+            high = np.nanmin(sizes[1] / np.abs(sizes[2]), initial=np.inf)
+        if np.abs(seen).max() > _ROUNDED * np.sqrt(sizes[0] * sizes[1]).max():
+            sign = np.sign(sizes[2][np.argmax(np.abs(sizes[2]))]) or 1.0
+            distance = sign * np.sqrt(low * high)
+
+    def part(rows: FloatArray, stiffness: FloatArray, damping: float = 0.0) -> LawPart:
+        table = TableLaw(
+            name=law.name,
+            speeds_rad_s=law.speeds_rad_s,
+            stiffness_n_per_m=stiffness,
+            damping_n_s_per_m=np.broadcast_to(damping * np.eye(2), stiffness.shape),
+            interpolation="cubic",
+        )
+        return LawPart(rows, table)
+
+    apart = seen / distance if distance else 0.0 * seen
+    yield part(every[:2], lateral - apart, law.damping_n_s_per_m)
+    if 3 in law.motions:
+        yield part(every[3:5], tilt - distance**2 * (cross.T @ apart @ cross))
+        if distance:
+            yield part(every[:2] + distance * cross @ every[3:5], apart)
+    if 2 in law.motions:
+        # half of it on each of two equal rows is alike in all directions, as the others may be
+        axial = k[:, 2, 2, None, None] * np.eye(2)
+        yield part(np.sqrt(0.5) * np.vstack((every[2], every[2])), axial)
+
+
+def law_parts(law: SpeedLaw) -> tuple[tuple[FloatArray, SpeedLaw], ...]:
+    """Return what a law is made of, each with its rows over ux to rz; itself if it is one."""
+    if isinstance(law, RingLaw):
+        return law.parts
+    return ((np.eye(6)[list(law_motions(law))], law),)
 
 
 class OfAnotherLaw:
@@ -247,8 +360,8 @@ def follows_spin(law: SpeedLaw) -> bool:
 
 
 def law_motions(law: SpeedLaw) -> tuple[int, ...]:
-    """Return which of ux, uy, uz, rx, ry, rz a law is on: the first two, or four with tilts."""
-    return (0, 1, 3, 4)[: getattr(law, "size", 2)]
+    """Return which of ux, uy, uz, rx, ry, rz a law is on: the first two, tilts, all but rz."""
+    return getattr(law, "motions", (0, 1, 3, 4)[: getattr(law, "size", 2)])
 
 
 def law_pieces(
@@ -288,11 +401,12 @@ def cubic_pieces(
     speeds = np.asarray(speeds, dtype=float)
     rows = np.zeros((speeds.size, 4, *values.shape[1:]))
     rows[:, 0] = values
-    if interpolation == "monotone":
+    if interpolation != "linear":
         # imported here as it takes a tenth of a second
-        from scipy.interpolate import PchipInterpolator
+        from scipy.interpolate import CubicSpline, PchipInterpolator
 
-        rows[:-1] = PchipInterpolator(speeds, values).c[::-1].swapaxes(0, 1)
+        made = PchipInterpolator if interpolation == "monotone" else CubicSpline
+        rows[:-1] = made(speeds, values).c[::-1].swapaxes(0, 1)
     else:
         steps = np.diff(speeds).reshape(-1, *[1] * (values.ndim - 1))
         rows[:-1, 1] = np.diff(values, axis=0) / steps

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby
@@ -11,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
-from solidwhirl.rotordyn.assembly.bearing_laws import TableLaw
+from solidwhirl.rotordyn.assembly.bearing_laws import RingLaw, TableLaw
 from solidwhirl.rotordyn.assembly.frequency_laws import FrequencyTableLaw, frequency_law
 from solidwhirl.rotordyn.assembly.law_pieces import BearingCoefficients, LawPieces
 from solidwhirl.rotordyn.assembly.magnetic_laws import magnetic_bearing
@@ -114,7 +115,9 @@ def bearing_notes(
     signed = np.asarray(speeds_rad_s, dtype=float).ravel()
     low = 0.0 if signed.min() < 0 < signed.max() else float(speeds.min())
     sampled = np.unique(np.concatenate((speeds, np.linspace(low, speeds.max(), _SAMPLES))))
-    pieces = {joint.bearing: joint.pieces for joint in assembled.law_joints}
+    joints = Counter(joint.bearing for joint in assembled.law_joints)
+    # of a law that is made of several no one tells the whole
+    pieces = {j.bearing: j.pieces for j in assembled.law_joints if joints[j.bearing] == 1}
     notes: list[BearingNote] = []
     for bearing in assembled.system.bearings:
         own = pieces.get(bearing.name)
@@ -206,7 +209,7 @@ def _range_findings(
     ratio = spin_ratio(assembled, bearing)
     low, high = law.speed_range_rad_s
     kind, beyond = "law", "its polynomials go on"
-    if isinstance(law, TableLaw | FrequencyTableLaw):
+    if isinstance(law, TableLaw | FrequencyTableLaw | RingLaw):
         kind, beyond = "table", "end values are held"
     for sign, end in ((-1.0, low), (1.0, high)):
         outside = speeds[sign * ratio * speeds > sign * end * (1.0 + sign * _ROUNDED_ZERO)]

@@ -14,7 +14,6 @@ import numpy as np
 import numpy.typing as npt
 import scipy.linalg as la
 
-from solidwhirl.rotordyn.assembly.bearing_laws import law_motions
 from solidwhirl.rotordyn.assembly.coordinates import Rows, body_rows, joint_motion, tooth_motion
 from solidwhirl.rotordyn.assembly.internal_damping import body_damping
 from solidwhirl.rotordyn.assembly.parts import Bearing
@@ -148,11 +147,11 @@ def _flexible_force(assembled: AssembledSystem, bearing: Bearing, motion: _Motio
         return np.asarray(place @ stiffness.T + speed @ damping.T)
     stiffness[:2, :2] = damping[:2, :2] = 0.0
     force = place @ stiffness.T + speed @ damping.T
-    (law,) = (joint for joint in assembled.law_joints if joint.bearing == bearing.name)
-    at = list(law_motions(bearing.speed_law))
     parts = (motion.displacement, motion.velocity)
-    for matrix, part in zip(law.coefficients_along(motion.speed[:, 0]), parts, strict=True):
-        force[:, at] += np.einsum("pij,pj->pi", matrix[:, : len(at)], part @ law.motion.T)
+    for joint in (joint for joint in assembled.law_joints if joint.bearing == bearing.name):
+        for matrix, part in zip(joint.coefficients_along(motion.speed[:, 0]), parts, strict=True):
+            own = np.einsum("pij,pj->pi", matrix[:, : len(joint.rows)], part @ joint.motion.T)
+            force += own @ joint.rows
     return np.asarray(force)
 
 

@@ -16,7 +16,7 @@ from solidwhirl.rotordyn.assembly import parts
 from solidwhirl.rotordyn.assembly.bearing_laws import (
     SpeedLaw,
     follows_spin,
-    law_motions,
+    law_parts,
     law_pieces,
 )
 from solidwhirl.rotordyn.assembly.coordinates import (
@@ -29,7 +29,7 @@ from solidwhirl.rotordyn.assembly.coordinates import (
 from solidwhirl.rotordyn.assembly.frequency_laws import FrequencyLaw, frequency_law
 from solidwhirl.rotordyn.assembly.internal_damping import body_damping
 from solidwhirl.rotordyn.assembly.joints import independent_coordinates
-from solidwhirl.rotordyn.assembly.law_pieces import BearingCoefficients, LawPieces
+from solidwhirl.rotordyn.assembly.law_pieces import LawPieces
 from solidwhirl.rotordyn.assembly.parts import Bearing, Gear, Rotor, System
 from solidwhirl.rotordyn.core.arrays import (
     ComplexArray,
@@ -70,6 +70,8 @@ class LawJoint:
     polynomials of |Ω|; None of a law that does not tell them, of whose structure nothing is known
     then. A law that depends on the frequency of the motion is taken at that of the spin, see
     `at_whirl_ratio` and `at_rate`; `motion` has the tilts as well where it joins them.
+    A bearing whose law is made of several has a joint for each. `rows`: what `motion` is of ux to
+    rz, shape (2, 6); of a magnetic bearing of the magnets alone.
     """
 
     bearing: str
@@ -78,10 +80,11 @@ class LawJoint:
     stiffness_n_per_m: FloatArray
     damping_n_s_per_m: FloatArray
     motion: FloatArray
+    rows: FloatArray
     pieces: LawPieces | None = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, "stiffness_n_per_m", "damping_n_s_per_m", "motion")
+        freeze_arrays(self, "stiffness_n_per_m", "damping_n_s_per_m", "motion", "rows")
         found = law_pieces(self.law, self.stiffness_n_per_m, self.damping_n_s_per_m)
         over = None if found is None else found.over_reference(self.speed_ratio)
         object.__setattr__(self, "pieces", over)
@@ -312,13 +315,16 @@ def bearing_matrices(
 
     Of a magnetic bearing as if its sensors were at the magnets; see `bearing_force_rows`.
     """
-    for joint in assembled.law_joints:
-        if joint.bearing == bearing.name:
-            found = joint.coefficients(speed_rad_s)
+    joints = [joint for joint in assembled.law_joints if joint.bearing == bearing.name]
+    stiffness, damping = bearing.matrices()
+    if joints:
+        stiffness[:2, :2] = damping[:2, :2] = 0.0
+    for joint in joints:
+        for matrix, own in zip((stiffness, damping), joint.coefficients(speed_rad_s), strict=True):
             if bearing.sensor is not None:
-                found = tuple(m[:2, :2] + m[:2, 2:] for m in found)  # type: ignore[assignment]
-            return bearing.matrices_with(BearingCoefficients(*found))
-    return bearing.matrices()
+                own = own[:2, :2] + own[:2, 2:]
+            matrix += joint.rows.T @ own @ joint.rows
+    return stiffness, damping
 
 
 def bearing_force_rows(
@@ -435,20 +441,14 @@ def _seen_by(relative: FloatArray, matrix: FloatArray) -> FloatArray:
 
 
 def _law_joints(rows: Rows) -> tuple[LawJoint, ...]:
-    return tuple(
-        LawJoint(
-            bearing=bearing.name,
-            law=bearing.speed_law,
-            speed_ratio=law_speed_ratio(rows.system, bearing),
-            stiffness_n_per_m=bearing.stiffness_n_per_m,
-            damping_n_s_per_m=bearing.damping_n_s_per_m,
-            motion=joint_motion(rows, bearing)[list(law_motions(bearing.speed_law))],
-        )
-        if bearing.sensor is None
-        else _sensed_joint(rows, bearing)
-        for bearing in rows.system.bearings
-        if bearing.speed_law is not None
-    )
+    found: list[LawJoint] = []
+    for bearing in rows.system.bearings:
+        if bearing.sensor is not None:
+            found.append(_sensed_joint(rows, bearing))
+        elif bearing.speed_law is not None:
+            ratio = law_speed_ratio(rows.system, bearing)
+            found += law_joints(bearing, ratio, joint_motion(rows, bearing))
+    return tuple(found)
 
 
 def _sensed_joint(rows: Rows, bearing: Bearing) -> LawJoint:
@@ -461,7 +461,28 @@ def _sensed_joint(rows: Rows, bearing: Bearing) -> LawJoint:
         stiffness_n_per_m=bearing.stiffness_n_per_m,
         damping_n_s_per_m=bearing.damping_n_s_per_m,
         motion=motion,
+        rows=np.eye(2, 6),
     )
+
+
+def law_joints(bearing: Bearing, speed_ratio: float, motion: FloatArray) -> list[LawJoint]:
+    """Return a bearing with a speed law, on what its law is made of.
+
+    `motion`: ux to rz of the first side relative to the second per coordinate, (6, n).
+    """
+    assert bearing.speed_law is not None
+    return [
+        LawJoint(
+            bearing=bearing.name,
+            law=law,
+            speed_ratio=speed_ratio,
+            stiffness_n_per_m=bearing.stiffness_n_per_m,
+            damping_n_s_per_m=bearing.damping_n_s_per_m,
+            motion=rows @ motion,
+            rows=rows,
+        )
+        for rows, law in law_parts(bearing.speed_law)
+    ]
 
 
 def law_speed_ratio(system: System, bearing: Bearing) -> float:

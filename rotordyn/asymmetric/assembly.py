@@ -7,7 +7,7 @@ rest of any other shape keeps its fixed coordinates. Only joints then see the an
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -19,9 +19,9 @@ from solidwhirl.rotordyn.assembly.internal_damping import body_damping
 from solidwhirl.rotordyn.assembly.joints import independent_coordinates
 from solidwhirl.rotordyn.assembly.parts import Bearing, End, Gear, Rotor, System, parts_lines
 from solidwhirl.rotordyn.assembly.system import (
-    LawJoint,
     body_slices_of,
     checked_system,
+    law_joints,
     law_speed_ratio,
     speed_limit,
 )
@@ -161,7 +161,9 @@ def assemble_rotating(
         velocity=lean([*velocity, *(t for joint in joints for t in joint[0])]),
         stiffness=lean([*stiffness, *(t for joint in joints for t in joint[1])]),
         acceleration=lean(acceleration),
-        laws=tuple(_law(found, b) for b in system.bearings if b.speed_law is not None),
+        laws=tuple(
+            law for b in system.bearings if b.speed_law is not None for law in _laws(found, b)
+        ),
     )
     return replace(found, periodic=periodic)
 
@@ -344,8 +346,8 @@ def _gear_terms(found: RotatingSystem, gear: Gear) -> tuple[list[Term], list[Ter
     return joint_terms(motion, np.array([[spring]]), np.array([[drag]]))
 
 
-def _law(found: RotatingSystem, bearing: Bearing) -> TurnedLaw:
-    """A bearing with a speed law, over the speed of the frame."""
+def _laws(found: RotatingSystem, bearing: Bearing) -> Iterator[TurnedLaw]:
+    """Yield what the law of a bearing is made of, over the speed of the frame."""
     assert bearing.speed_law is not None
     if bearing.sensor is not None:
         raise AssemblyError(
@@ -354,13 +356,9 @@ def _law(found: RotatingSystem, bearing: Bearing) -> TurnedLaw:
                 "sensors of a magnetic bearing must be at its magnets",
             )
         )
-    motion = {h: part[:2] for h, part in found.relative(bearing).items()}
-    joint = LawJoint(
-        bearing=bearing.name,
-        law=bearing.speed_law,
-        speed_ratio=law_speed_ratio(found.system, bearing) / abs(found.frame_ratio),
-        stiffness_n_per_m=bearing.stiffness_n_per_m,
-        damping_n_s_per_m=bearing.damping_n_s_per_m,
-        motion=motion.get(0, np.zeros((2, found.periodic.size))).real,
-    )
-    return TurnedLaw(joint, {h: part for h, part in motion.items() if part.any()})
+    motion = found.relative(bearing)
+    ratio = law_speed_ratio(found.system, bearing) / abs(found.frame_ratio)
+    constant = motion.get(0, np.zeros((6, found.periodic.size))).real
+    for joint in law_joints(bearing, ratio, constant):
+        seen = {h: joint.rows @ part for h, part in motion.items()}
+        yield TurnedLaw(joint, {h: part for h, part in seen.items() if part.any()})

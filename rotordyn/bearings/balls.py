@@ -14,13 +14,13 @@ from typing import NamedTuple
 import numpy as np
 
 from solidwhirl.rotordyn.bearings.elements import (
+    Contacts,
     ElementForces,
     centrifugal_load_n,
-    element_angles,
     element_problems,
 )
 from solidwhirl.rotordyn.bearings.hertz import BEARING_STEEL, Elastic, PointContact, point_contact
-from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 
 # Newton steps and halvings of one, of which a few are used.
@@ -122,27 +122,33 @@ class BallBearing:
             motion[2] = np.sign(force[2]) * sine * long - a
         return motion
 
-    def forces(self, motion: FloatArray, centrifugal_n: float) -> ElementForces:
-        """Return what the balls do at a motion (5,) of the inner ring, see `ElementForces`."""
+    def seen(self, angle: FloatArray) -> FloatArray:
+        """Return radial and axial motion of the ring at balls at angles (..., Z)."""
         radius = 0.5 * self.pitch_diameter_m
         radius += (self.inner_groove - 0.5) * self.ball_diameter_m * np.cos(self.free_angle_rad)
-        angle = element_angles(self.ball_count)
-        moved = np.zeros((self.ball_count, 2, 5))
-        moved[:, 0, 0], moved[:, 0, 1], moved[:, 1, 2] = np.cos(angle), np.sin(angle), 1.0
-        moved[:, 1, 3], moved[:, 1, 4] = radius * np.sin(angle), -radius * np.cos(angle)
-        centres = self._free_centre() + moved @ motion
-        balls = (
-            _at_rest(self, centres)
-            if centrifugal_n == 0
-            else _pressed(self, centres, centrifugal_n)
-        )
-        return ElementForces(
-            force=np.einsum("jai,ja->i", moved, balls.inner),
-            stiffness=np.einsum("jai,jab,jbk->ik", moved, balls.stiffness, moved),
-            inner_load_n=np.hypot(*balls.inner.T),
-            outer_load_n=np.hypot(*balls.outer.T),
-            inner_angle_rad=balls.angles[0],
-            outer_angle_rad=balls.angles[1],
+        moved = np.zeros((*angle.shape, 2, 5))
+        moved[..., 0, 0], moved[..., 0, 1], moved[..., 1, 2] = np.cos(angle), np.sin(angle), 1.0
+        moved[..., 1, 3], moved[..., 1, 4] = radius * np.sin(angle), -radius * np.cos(angle)
+        return moved
+
+    def contacts(
+        self, moved: FloatArray, centrifugal_n: FloatArray, near: FloatArray | None = None
+    ) -> Contacts:
+        """Return what the balls do at motions (b, N, 2) of the ring at them, see `Contacts`."""
+        centres = (self._free_centre() + moved).reshape(-1, 2)
+        own = np.repeat(centrifugal_n, moved.shape[1])
+        start = None if near is None else near.reshape(-1, 2)
+        inner, outer, stiffness, angles, place, gap = _balls(self, centres, own, start)
+        at = moved.shape[:2]
+        return Contacts(
+            force=inner.reshape(moved.shape),
+            stiffness=stiffness.reshape(*at, 2, 2),
+            inner_load_n=np.hypot(*inner.T).reshape(at),
+            outer_load_n=np.hypot(*outer.T).reshape(at),
+            inner_angle_rad=angles[0].reshape(at),
+            outer_angle_rad=angles[1].reshape(at),
+            gap_m=gap.reshape(*at[:1], -1),
+            place=place.reshape(moved.shape),
         )
 
     def pressure_pa(self, inner_load_n: float, outer_load_n: float) -> float:
@@ -195,12 +201,14 @@ def _ball_problems(bearing: BallBearing) -> list[str]:
 
 
 class _Balls(NamedTuple):
-    """Forces of all balls on the races, (Z, 2), stiffness between the races, (Z, 2, 2), angles."""
+    """Forces of n balls on the races, stiffness between these, angles, places and gaps."""
 
     inner: FloatArray
     outer: FloatArray
     stiffness: FloatArray
     angles: tuple[FloatArray, FloatArray]
+    place: FloatArray
+    gap: FloatArray
 
 
 def _spring(arm: FloatArray, free: float, c: float) -> tuple[FloatArray, FloatArray]:
@@ -219,59 +227,99 @@ def _angle(arm: FloatArray) -> FloatArray:
     return np.asarray(np.arctan2(arm[:, 1], arm[:, 0]))
 
 
-def _at_rest(bearing: BallBearing, centres: FloatArray) -> _Balls:
-    """Balls without a load of their own: both races in one line."""
-    force, stiffness = _spring(centres, bearing.groove_distance_m, bearing.stiffness_n_per_m15)
-    return _Balls(force, force, stiffness, (_angle(centres), _angle(centres)))
+def _balls(
+    bearing: BallBearing,
+    centres: FloatArray,
+    centrifugal_n: FloatArray,
+    near: FloatArray | None,
+) -> _Balls:
+    """Return the balls between the grooves, whose inner centres lie at (n, 2) from the outer ones.
 
-
-def _pressed(bearing: BallBearing, centres: FloatArray, centrifugal_n: float) -> _Balls:
-    """Balls pressed outward: each at the place where its three forces balance.
-
-    The energy of a ball is convex in its place, so that there is one such place.
+    At rest both races are in one line. A ball pressed outward is where its three forces balance;
+    its energy is convex in its place, so that there is one such place.
     """
     inner, outer = (contact.stiffness_n_per_m15 for contact in (bearing.inner, bearing.outer))
     free = (np.array([bearing.inner_groove, bearing.outer_groove]) - 0.5) * bearing.ball_diameter_m
-    own = np.array([centrifugal_n, 0.0])
-    length = np.hypot(*centres.T)[:, None]
-    deep = np.maximum(0.5 * (length - free.sum()), np.cbrt((centrifugal_n / outer) ** 2))
-    place = centres / length * (free[1] + deep)
+    thrown = np.zeros_like(centres)
+    thrown[:, 0] = free[1] + np.cbrt((centrifugal_n / outer) ** 2)
+    length = np.hypot(*centres.T)
+    deep = np.maximum(0.5 * (length - free.sum()), thrown[:, 0] - free[1])
+    place = centres * ((free[1] + deep) / length)[:, None] if near is None else near
     # where a ball thrown outward does not touch the inner race, that is its place
-    thrown = np.array([free[1] + np.cbrt((centrifugal_n / outer) ** 2), 0.0])
-    place = np.where(np.hypot(*(centres - thrown).T)[:, None] <= free[0], thrown, place)
+    # a small load of its own leaves the corner where a ball at rest would come into contact
+    gap = np.stack((free[0] - np.hypot(*(centres - thrown).T), free.sum() - length), axis=1)
+    is_thrown = gap[:, 0] >= 0
+    place = np.where(is_thrown[:, None], thrown, place)
+    moving = np.flatnonzero((centrifugal_n > 0) & ~is_thrown)
+    if moving.size:
+        place[moving] = _settled(
+            centres[moving], centrifugal_n[moving], place[moving], (inner, outer), free
+        )
+    pull_in, stiff_in = _spring(centres - place, free[0], inner)
+    pull_out, stiff_out = _spring(place, free[1], outer)
+    both = stiff_in + stiff_out + (centrifugal_n == 0)[:, None, None] * np.eye(2)
+    stiffness = stiff_in @ np.linalg.solve(both, stiff_out)
+    stiffness = 0.5 * (stiffness + stiffness.swapaxes(1, 2))
+    angles = _angle(centres - place), _angle(place)
+    still = np.flatnonzero(centrifugal_n == 0)
+    if still.size:
+        c = bearing.stiffness_n_per_m15
+        force, own = _spring(centres[still], bearing.groove_distance_m, c)
+        pull_in[still], pull_out[still], stiffness[still] = force, force, own
+        angles[0][still] = angles[1][still] = _angle(centres[still])
+        gap[still, 0] = gap[still, 1]
+    return _Balls(pull_in, pull_out, stiffness, angles, place, gap)
 
-    def state(place: FloatArray) -> tuple[FloatArray, ...]:
-        pull_in, stiff_in = _spring(centres - place, free[0], inner)
-        pull_out, stiff_out = _spring(place, free[1], outer)
+
+def _settled(
+    centres: FloatArray,
+    centrifugal_n: FloatArray,
+    place: FloatArray,
+    stiffness: tuple[float, float],
+    free: FloatArray,
+) -> FloatArray:
+    """Return where the forces on balls (n, 2) balance, by Newton's method from a place."""
+    own = np.zeros_like(centres)
+    own[:, 0] = centrifugal_n
+
+    def state(place: FloatArray, at: IntArray) -> tuple[FloatArray, ...]:
+        pull_in, stiff_in = _spring(centres[at] - place, free[0], stiffness[0])
+        pull_out, stiff_out = _spring(place, free[1], stiffness[1])
         deep_in, deep_out = (
             np.maximum(np.hypot(*arm.T) - size, 0.0)
-            for arm, size in ((centres - place, free[0]), (place, free[1]))
+            for arm, size in ((centres[at] - place, free[0]), (place, free[1]))
         )
-        energy = 0.4 * (inner * deep_in**2.5 + outer * deep_out**2.5) - centrifugal_n * place[:, 0]
-        return pull_out - pull_in - own, pull_in, pull_out, stiff_in, stiff_out, energy
+        energy = 0.4 * (stiffness[0] * deep_in**2.5 + stiffness[1] * deep_out**2.5)
+        left = pull_out - pull_in - own[at]
+        scale = np.hypot(*pull_out.T) + np.hypot(*pull_in.T) + centrifugal_n[at]
+        return (
+            left, stiff_in + stiff_out, energy - centrifugal_n[at] * place[:, 0],
+            np.hypot(*left.T), scale, pull_in.any(axis=1) | pull_out.any(axis=1),
+        )  # fmt: skip
 
-    now = state(place)
+    place, at = place.copy(), np.arange(len(centres))
     for _ in range(_STEPS):
-        scale = np.hypot(*now[2].T) + np.hypot(*now[1].T) + centrifugal_n
-        if (np.hypot(*now[0].T) <= _BALANCED * scale).all():
+        left, most, energy, size, scale, touching = state(place[at], at)
+        open_ = size > _BALANCED * scale
+        if not open_.any():
             break
-        floating = ~(now[1].any(axis=1) | now[2].any(axis=1))
-        most = now[3] + now[4] + floating[:, None, None] * centrifugal_n / free[1] * np.eye(2)
-        step = np.linalg.solve(most, -now[0][..., None])[..., 0]
-        share = np.ones((len(place), 1))
+        at, left, energy, size = at[open_], left[open_], energy[open_], size[open_]
+        soft = ~touching[open_] * centrifugal_n[at] / free[1]
+        most = most[open_] + soft[:, None, None] * np.eye(2)
+        step = np.linalg.solve(most, -left[..., None])[..., 0]
+        share, moved = np.ones(at.size), np.zeros(at.size, dtype=bool)
+        trying = np.arange(at.size)
         for _ in range(_HALVINGS):
-            trial = state(place + share * step)
-            worse = (np.hypot(*trial[0].T) >= np.hypot(*now[0].T)) & (trial[5] >= now[5])
-            worse &= np.hypot(*now[0].T) > _BALANCED * scale
-            if not worse.any():
+            trial = place[at[trying]] + share[trying, None] * step[trying]
+            after = state(trial, at[trying])
+            better = (after[3] < size[trying]) | (after[2] < energy[trying])
+            place[at[trying[better]]] = trial[better]
+            moved[trying[better]] = True
+            trying = trying[~better]
+            if not trying.size:
                 break
-            share[worse] *= 0.5
-        better = ~worse
-        if not better.any():
-            break  # rounding
-        place = np.where(better[:, None], place + share * step, place)
-        now = state(place)
-    _, pull_in, pull_out, stiff_in, stiff_out, _ = now
-    condensed = stiff_in @ np.linalg.solve(stiff_in + stiff_out, stiff_out)
-    condensed = 0.5 * (condensed + condensed.swapaxes(1, 2))
-    return _Balls(pull_in, pull_out, condensed, (_angle(centres - place), _angle(place)))
+            share[trying] *= 0.5
+        at = at[moved]  # of the others what is left is rounding
+        if not at.size:
+            break
+    return place

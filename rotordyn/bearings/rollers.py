@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from solidwhirl.rotordyn.bearings.elements import (
+    Contacts,
     ElementForces,
     centrifugal_load_n,
-    element_angles,
     element_problems,
 )
 from solidwhirl.rotordyn.bearings.hertz import BEARING_STEEL
@@ -99,32 +99,35 @@ class RollerBearing:
             motion[:2] = force[:2] / radial * (deep + play)
         return motion
 
-    def forces(self, motion: FloatArray, centrifugal_n: float) -> ElementForces:
-        """Return what the rollers do at a motion (5,) of the inner ring, see `ElementForces`."""
-        count = self.roller_count
-        angle = element_angles(count)
+    def seen(self, angle: FloatArray) -> FloatArray:
+        """Return the radial motion of the ring at each slice of rollers at angles (..., Z)."""
         place = ((np.arange(_SLICES) + 0.5) / _SLICES - 0.5) * self.effective_length_m
-        moved = np.zeros((count, _SLICES, 5))
-        moved[..., 0], moved[..., 1] = np.cos(angle)[:, None], np.sin(angle)[:, None]
-        moved[..., 3], moved[..., 4] = (
-            -np.outer(np.sin(angle), place),
-            np.outer(np.cos(angle), place),
-        )
-        approach = moved @ motion - 0.5 * self.radial_clearance_m
+        cosine, sine = np.cos(angle)[..., None], np.sin(angle)[..., None]
+        moved = np.zeros((*angle.shape, _SLICES, 5))
+        moved[..., 0], moved[..., 1] = cosine, sine
+        moved[..., 3], moved[..., 4] = -sine * place, cosine * place
+        return moved
+
+    def contacts(
+        self, moved: FloatArray, centrifugal_n: FloatArray, near: FloatArray | None = None
+    ) -> Contacts:
+        """Return what the rollers do at motions (b, N, slices) of the ring, see `Contacts`."""
+        approach = moved - 0.5 * self.radial_clearance_m
         c = 2.0**_POWER * self.stiffness_n_per_m109 / _SLICES
-        own = centrifugal_n / _SLICES
-        inner = _inner_approach(approach, own / c)
+        own = (centrifugal_n / _SLICES)[:, None, None]
+        inner = _inner_approach(approach, np.broadcast_to(own / c, approach.shape))
         load = c * inner**_POWER
         outer = ((load + own) / c) ** (1.0 / _POWER)
-        stiffness = _in_series(inner, outer) * _POWER * c
-        zero = np.zeros(count)
-        return ElementForces(
-            force=np.einsum("jki,jk->i", moved, load),
-            stiffness=np.einsum("jki,jk,jkl->il", moved, stiffness, moved),
-            inner_load_n=load.sum(axis=1),
-            outer_load_n=load.sum(axis=1) + centrifugal_n,
+        total, zero = load.sum(axis=2), np.zeros(moved.shape[:2])
+        return Contacts(
+            force=load,
+            stiffness=_in_series(inner, outer) * _POWER * c,
+            inner_load_n=total,
+            outer_load_n=total + centrifugal_n[:, None],
             inner_angle_rad=zero,
             outer_angle_rad=zero,
+            gap_m=(own[..., 0] / c) ** (1.0 / _POWER) - approach.max(axis=2),
+            place=np.zeros((*zero.shape, 2)),
         )
 
     def pressure_pa(self, inner_load_n: float, outer_load_n: float) -> float:
@@ -140,16 +143,18 @@ class RollerBearing:
         return ""
 
 
-def _inner_approach(approach: FloatArray, own: float) -> FloatArray:
+def _inner_approach(approach: FloatArray, own: FloatArray) -> FloatArray:
     """Return δi ≥ 0 with δi + (δi^(10/9) + own)^(9/10) = δ, 0 where a slice does not touch."""
-    inner = np.maximum(0.5 * approach, 0.0)
     touching = approach > own ** (1.0 / _POWER)
-    inner[~touching] = 0.0
-    if own == 0.0:
+    inner = np.where(touching, np.maximum(0.5 * approach, 0.0), 0.0)
+    if not own.any():
         return inner
     for _ in range(_STEPS):
         total = inner**_POWER + own
-        slope = 1.0 + total ** (1.0 / _POWER - 1.0) * inner ** (_POWER - 1.0)
+        # where nothing presses and nothing touches, any slope will do
+        slope = 1.0 + np.where(total > 0, total, 1.0) ** (1.0 / _POWER - 1.0) * inner ** (
+            _POWER - 1.0
+        )
         step = (inner + total ** (1.0 / _POWER) - approach) / slope
         after = np.where(touching, np.maximum(inner - step, 0.0), 0.0)
         if np.abs(after - inner).max() <= 1e-15 * max(float(approach.max()), 0.0):

@@ -17,7 +17,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.linalg as la
 
-from solidwhirl.rotordyn.assembly.bearing_laws import ARGUMENT_UNITS, PolynomialLaw, TableLaw
+from solidwhirl.rotordyn.assembly.bearing_laws import (
+    ARGUMENT_UNITS,
+    PolynomialLaw,
+    RingLaw,
+    TableLaw,
+)
 from solidwhirl.rotordyn.assembly.frequency_laws import FrequencyTableLaw, frequency_law
 from solidwhirl.rotordyn.assembly.magnetic_laws import MagneticLaw
 from solidwhirl.rotordyn.assembly.parts import Bearing, End, Rotor, System
@@ -80,7 +85,7 @@ class PlainSystem:
         found = set()
         for bearing in self.system.bearings:
             ratio = abs(self.system.rotors[bearing.first.body].speed_ratio)
-            if ratio and isinstance(bearing.speed_law, TableLaw | FrequencyTableLaw):
+            if ratio and isinstance(bearing.speed_law, TableLaw | FrequencyTableLaw | RingLaw):
                 found |= {float(row) / ratio for row in bearing.speed_law.speeds_rad_s if row > 0}
         return tuple(sorted(found))
 
@@ -220,7 +225,8 @@ class PlainSystem:
             spin = abs(ratio * speed_rad_s)
             stiffness[:2, :2] = damping[:2, :2] = 0.0
             values = _law_values(bearing, spin, 1j * spin if rate is None else rate)
-            at = np.ix_(*[[0, 1, 3, 4][: len(values[0])]] * 2)
+            places = list(range(6)) if len(values[0]) == 6 else [0, 1, 3, 4][: len(values[0])]
+            at = np.ix_(places, places)
             for matrix, value in zip((stiffness, damping, mass), values, strict=True):
                 matrix[at] += value
         return stiffness, damping, mass
@@ -296,6 +302,14 @@ def _law_values(
     """Return stiffness, damping and mass on (ux, uy), or with tilts, at a spin speed and a rate."""
     law, own = bearing.speed_law, (bearing.stiffness_n_per_m, bearing.damping_n_s_per_m)
     none = np.zeros((2, 2))
+    if isinstance(law, RingLaw):
+        whole = np.zeros((3, 6, 6))
+        for rows, part in law.parts:
+            own_part = dataclasses.replace(bearing, speed_law=part)
+            values = _law_values(own_part, spin_rad_s, rate)
+            for total, value in zip(whole, values, strict=True):
+                total += rows.T @ value @ rows
+        return whole[0], whole[1], whole[2]
     if isinstance(law, TableLaw):
         speeds = law.speeds_rad_s
         at = float(np.clip(spin_rad_s, speeds[0], speeds[-1]))
@@ -306,9 +320,13 @@ def _law_values(
                 for t in tables
             ]
         else:
-            from scipy.interpolate import PchipInterpolator  # takes a tenth of a second
+            from scipy.interpolate import (
+                CubicSpline,
+                PchipInterpolator,
+            )  # takes a tenth of a second
 
-            found = [PchipInterpolator(speeds, t.reshape(-1, 4))(at) for t in tables]
+            made = CubicSpline if law.interpolation == "cubic" else PchipInterpolator
+            found = [made(speeds, t.reshape(-1, 4))(at) for t in tables]
         return found[0].reshape(2, 2), found[1].reshape(2, 2), none
     if isinstance(law, PolynomialLaw):
         x = ARGUMENT_UNITS[law.argument_unit] * spin_rad_s

@@ -119,8 +119,7 @@ def whirl_pencils(assembled: AssembledSystem, excitation_ratio: float) -> tuple[
         for sign, whirl in ((-1.0, "backward"), (1.0, "forward"))
     ]
     if form.rest.size:
-        # Isotropic bearings do not act on axial motion and torsion through their law.
-        pencils.append(_whole(assembled, excitation_ratio, form.rest, "planar", ()))
+        pencils.append(_whole(assembled, excitation_ratio, form.rest, "planar", laws))
     return tuple(pencils)
 
 
@@ -164,7 +163,8 @@ def _whole(
         # each row of a joint lies in one plane, and its phase is of no consequence
         laws=tuple(
             PencilLaw(joint.bearing, joint.motion[:, kept], law, joint.pieces)
-            for joint, law in zip(assembled.law_joints, laws, strict=bool(laws))
+            for joint, law in zip(assembled.law_joints, laws, strict=True)
+            if joint.motion[:, kept].any()
         ),
         first=kept,
         second=np.empty(0, dtype=int),

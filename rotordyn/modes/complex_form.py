@@ -352,6 +352,8 @@ def _isotropic_laws(assembled: AssembledSystem, pairs: Pairs) -> tuple[Isotropic
     for place, joint in enumerate(assembled.law_joints):
         along_x, along_y = joint.motion[:, pairs.first], joint.motion[:, pairs.second] * pairs.sign
         limit = _ROUNDING * np.abs(joint.motion).max(initial=0.0)
+        if not (along_x.any() or along_y.any()) and joint.pieces is not None:
+            continue  # on axial motion
         uneven = np.array([along_x[0] - along_y[1], along_x[1] + along_y[0]])
         if (np.abs(uneven) > limit).any() or joint.motion[:, pairs.rest].any():
             return None

@@ -99,7 +99,10 @@ def split_bodies(assembled: AssembledSystem, speed_rad_s: float) -> SplitSystem 
 
 def _split(assembled: AssembledSystem, speed_rad_s: float, share: _Share) -> SplitSystem | None:
     """Split a system whose isotropic part has a share of the bearings."""
-    if assembled.spin_generator is None or any(len(j.motion) > 2 for j in assembled.law_joints):
+    joints = assembled.law_joints
+    if assembled.spin_generator is None or any(len(j.motion) > 2 for j in joints):
+        return None
+    if len({joint.bearing for joint in joints}) < len(joints):  # laws made of several
         return None
     parts = tuple(_parts(assembled, speed_rad_s, share))
     if 2 * len(parts) > 0.5 * _MOST_ROWS * assembled.size:

@@ -92,12 +92,18 @@ class OperatingSpec(Record):
 
 
 class Operating(NamedTuple):
-    """Speeds of a shaft itself between which it runs, rpm, and its ratio to the reference."""
+    """Speeds of a shaft itself between which it runs, rpm, and its ratio to the reference.
+
+    `bodies`: all that turn as it does, itself included; `follows`: the shaft whose given speeds
+    these follow from; empty of those that are given.
+    """
 
     shaft: str
     from_rpm: float
     to_rpm: float
     ratio: float
+    bodies: tuple[str, ...] = ()
+    follows: str = ""
 
     @property
     def text(self) -> str:
@@ -115,10 +121,36 @@ class Operating(NamedTuple):
         """Lowest and highest speed of the reference shaft, rpm."""
         return self.from_rpm / self.ratio, self.to_rpm / self.ratio
 
+    def is_of(self, bodies: Iterable[str]) -> bool:
+        """Whether one of the bodies turns as the shaft does."""
+        return not {self.shaft, *self.bodies}.isdisjoint(bodies)
+
+
+def given_speeds(operating: Iterable[Operating]) -> tuple[Operating, ...]:
+    """Return the operating speeds that are given; others are the same of the reference shaft."""
+    return tuple(own for own in operating if not own.follows)
+
+
+def judged_text(operating: Sequence[Operating], speed_ratios: Mapping[str, float]) -> str:
+    """Say which of the bodies that turn were judged, at which speeds; empty if there is one."""
+    turning = [name for name, ratio in speed_ratios.items() if ratio != 0.0]
+    own: dict[str, list[str]] = {}
+    for one in operating:
+        own.setdefault(" and ".join(one.bodies or (one.shaft,)), []).append(one.speeds_text)
+    others = [name for name in turning if not any(one.is_of([name]) for one in operating)]
+    if len(turning) < 2:
+        return ""
+    said = "; ".join(f"{names} at {', '.join(speeds)}" for names, speeds in own.items())
+    if not others:
+        return f"judged: {said}"
+    verbs = ("turns", "was") if len(others) == 1 else ("turn", "were")
+    which = f"{', '.join(others)}, which {verbs[0]} too, {verbs[1]} not judged"
+    return f"judged: {said} alone; {which}"
+
 
 def reference_ranges_rad_s(operating: Iterable[Operating]) -> dict[str, tuple[float, float]]:
     """Return operating speeds as speeds of the reference shaft, by what a legend says."""
-    ranges = ((o.text, o.reference_rpm) for o in operating)
+    ranges = ((o.text, o.reference_rpm) for o in given_speeds(operating))
     return {text: (low * RAD_S_PER_RPM, high * RAD_S_PER_RPM) for text, (low, high) in ranges}
 
 
@@ -137,8 +169,8 @@ class Engine:
     speed_ratios: Mapping[str, float]
     #: Operating speeds of the shafts, those that analyses name included
     operating: tuple[Operating, ...]
-    #: `[[operating]]` of the scene
-    operating_entries: tuple[OperatingSpec, ...]
+    #: Makes those of all shafts that turn from those of some, of `[[operating]]` if of none
+    running: Callable[[Sequence[OperatingSpec]], tuple[Operating, ...]]
     #: Which roots count as resonances
     damping_rule: DampingRule
     #: Highest frequency of the diagram, where the scene gives one
@@ -239,12 +271,12 @@ class Analysis(Record):
         yield from ()
 
     def shaft_speeds(
-        self, operating: Sequence[OperatingSpec], ratio: Callable[[str], float], where: str
+        self, operating: Sequence[Operating], ratio: Callable[[str], float], where: str
     ) -> Iterator[tuple[float, str]]:
         """Yield speeds of the reference shaft that follow from that of a shaft, and their source.
 
-        `operating`: `[[operating]]` of the scene. `ratio`: |speed ratio| of a body, inf if it
-        stands still. `where`: what the analysis is called.
+        `operating`: of all shafts, by `[[operating]]` of the scene. `ratio`: |speed ratio| of a
+        body, inf if it stands still. `where`: what the analysis is called.
         """
         yield from ()
 

@@ -33,12 +33,13 @@ from solidwhirl.rotordyn import (
     beam_superelement,
     rigid_superelement,
 )
+from solidwhirl.rotordyn.assembly.bearing_laws import RingLaw
 from solidwhirl.rotordyn.assembly.load_laws import LoadTable
 from solidwhirl.rotordyn.assembly.magnetic_laws import MagneticLaw
 from solidwhirl.rotordyn.asymmetric import RotatingSystem, assemble_rotating, at_rest
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
-from solidwhirl.scene.bearing_physics import AbsoluteLaw, SqueezeFilmLawSpec
+from solidwhirl.scene.bearing_physics import AbsoluteLaw, RollingLawSpec, SqueezeFilmLawSpec
 from solidwhirl.scene.joints import (
     BeamSpec,
     BearingSpec,
@@ -51,7 +52,7 @@ from solidwhirl.scene.joints import (
 )
 from solidwhirl.scene.magnetic_bearings import MagneticLawSpec
 from solidwhirl.scene.records import Scene
-from solidwhirl.scene_checks.interface_motions import is_off_axis
+from solidwhirl.scene_checks.interface_motions import LATERAL, is_off_axis
 
 _PRESETS: dict[str, SpeedLaw] = {"lee_isotropic": LEE_ISOTROPIC, "lee_anisotropic": LEE_ANISOTROPIC}
 # A frequency and a speed beyond all others, rad/s.
@@ -167,7 +168,7 @@ def bearings(scene: Scene, plan: Plan, loads: Loads | None = None) -> tuple[Bear
     """
     off = tuple(name for name in _OF_EFFECT if not plan.on(name))
     # one for all bearings that share it
-    law_of = cache(partial(_law_of, scene, plan.on("bearing_damping")))
+    law_of = cache(partial(_law_of, scene, plan.on("bearing_damping"), off))
     found = []
     for spec in scene.bearings:
         law = law_of(spec.speed_law, scene.speed_ratio_at(spec.first) != 0.0)
@@ -178,7 +179,7 @@ def bearings(scene: Scene, plan: Plan, loads: Loads | None = None) -> tuple[Bear
 
 
 def _law_of(
-    scene: Scene, damped: bool, name: str | None, turns: bool
+    scene: Scene, damped: bool, off: tuple[str, ...], name: str | None, turns: bool
 ) -> SpeedLaw | LoadTable | None:
     """Return a speed law for a first end that turns or stands still; None without a name."""
     if name is None:
@@ -188,11 +189,26 @@ def _law_of(
         return _load_table(name, law, damped)
     if isinstance(law, SqueezeFilmLawSpec) and not turns:
         return _film_of_a_still_ring(name, law, float(damped))
+    if isinstance(law, RollingLawSpec):
+        fixed = {motion for effect in off for motion in _OF_EFFECT[effect][1]}
+        held = (*LATERAL, *(motion for motion in law.held if motion not in fixed))
+        table = law.ring_table()
+        return RingLaw(
+            name=name,
+            speeds_rad_s=table.speeds_rad_s,
+            stiffness=table.stiffness,
+            least=table.least,
+            most=table.most,
+            damping_n_s_per_m=law.damping_n_s_per_m * float(damped),
+            motions=tuple(MOTIONS.index(motion) for motion in held),
+        )
     return _law(name, law, damped)
 
 
 def _at_rest(bearing: Bearing) -> Bearing:
     """The bearing with the values of its table at rest, as the table has no others."""
+    if isinstance(bearing.speed_law, RingLaw):
+        return replace(bearing, speed_law=bearing.speed_law.at_rest())
     if not isinstance(bearing.speed_law, TableLaw | FrequencyTableLaw | MagneticLaw):
         return replace(bearing, speed_law=None)
     zero = np.zeros((2, 2))

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from solidwhirl.analyses.base import Operating
+from solidwhirl.analyses.base import Operating, given_speeds
 from solidwhirl.analyses.stability_summary import Stability, covering, interval_text
 from solidwhirl.core.joint_states import JointState
 from solidwhirl.rotordyn.campbell.branches import TrackingNote
@@ -105,7 +105,7 @@ def _unstable(stability: Stability) -> Iterator[Alarm]:
 
 def _operation(stability: Stability, operating: Sequence[Operating]) -> Iterator[Alarm]:
     """One line for each shaft that operates where the system is unstable."""
-    for own in operating:
+    for own in given_speeds(operating):
         low, high = own.reference_rpm
         found = covering(stability.intervals, low, high)
         if found:

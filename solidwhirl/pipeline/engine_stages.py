@@ -56,7 +56,7 @@ from solidwhirl.rotordyn.asymmetric import RotatingSystem
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import places_of_joints
-from solidwhirl.scene_checks.operating import operating_speeds
+from solidwhirl.scene_checks.operating import operating_speeds, running_speeds
 from solidwhirl.scene_checks.speeds_asked import range_top_rpm
 
 #: Makes the results of an engine, and of the one with its bodies on another level.
@@ -195,16 +195,16 @@ def _rotating_diagram(engine: Engine, rotating: RotatingSystem) -> Diagram:
 def stability_of_engine(engine: Engine, asymmetry: Asymmetry | None) -> Stability:
     """Look for instability over the range of speeds of a scene, and at its operating speeds."""
     scene, stage_cache = engine.job.scene, engine.job.stage_cache
-    top = range_top_rpm(scene)
+    top, operating = range_top_rpm(scene), analyses.given_speeds(operating_speeds(scene))
     if asymmetry is not None and engine.rotating is not None:
-        operating, branches = operating_speeds(scene), scene.campbell.branches
+        branches = scene.campbell.branches
         return stability_in_ranges(asymmetry, engine.rotating, top, operating, branches)
     intervals = stage_cache.stage(
         "stability",
         stage_cache.key("unstable intervals", engine.digest, top),
         lambda: intervals_up_to(engine.system, top),
     )
-    return stability_of(engine.system, top, operating_speeds(scene), tuple(intervals))
+    return stability_of(engine.system, top, operating, tuple(intervals))
 
 
 def estimates_of(engine: Engine, diagram: Diagram) -> Estimates | None:
@@ -257,7 +257,7 @@ def analyses_of(
         title=scene.title or scene.name,
         speed_ratios=scene.speed_ratios(),
         operating=operating_speeds(scene),
-        operating_entries=scene.operating,
+        running=partial(running_speeds, scene),
         damping_rule=scene.criteria.rule,
         campbell_max_hz=scene.campbell.frequency_max_hz,
         analyses={a.label: a for a in scene.analyses},

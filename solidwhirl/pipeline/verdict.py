@@ -96,6 +96,7 @@ def _margins(analyses: Mapping[str, Any]) -> dict[str, Any]:
         "decided": decisive["decided"],
         "method": decisive["method"],
         "why": decisive["why"],
+        "judged": list(dict.fromkeys(body for v in found.values() for body in v["judged"])),
         "analyses": list(found),
     }
 
@@ -119,7 +120,7 @@ def _vibration(
         for exciter in entry["exciters"]:
             for place, orbit in exciter["places"].items():
                 size = 2.0 * _UM_PER_M * np.array(orbit["major_m"], dtype=float)
-                own = [o for o in operating if o.shaft == place.partition(".")[0]] or operating
+                own = [o for o in operating if o.is_of([place.partition(".")[0]])] or operating
                 yield {
                     "analysis": name,
                     "place": place,

@@ -6,15 +6,20 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
-from solidwhirl.core.fields import Count, Finite, NotNegative, Positive, Record
+from solidwhirl.core.fields import MOST, Count, Finite, Motion, NotNegative, Positive, Record
 from solidwhirl.rotordyn.bearings.speed_tables import SpeedTable, tabulate
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 
 if TYPE_CHECKING:  # each kind of bearing is loaded by a scene that has one
-    from solidwhirl.rotordyn.bearings.rolling import RollingBearing
+    from solidwhirl.rotordyn.bearings.rolling import (
+        BearingSet,
+        RingLoad,
+        RingTable,
+        RollingBearing,
+    )
     from solidwhirl.rotordyn.bearings.short_film import ShortFilm
     from solidwhirl.rotordyn.bearings.squeeze_film import SqueezeFilmDamper
     from solidwhirl.rotordyn.bearings.validity import Exceeded
@@ -33,6 +38,11 @@ class AbsoluteLaw(Record):
     def holds_tilts(self) -> bool:
         """Whether rx and ry are in it."""
         return False
+
+    @property
+    def held(self) -> tuple[Motion, ...]:
+        """Motions beside ux and uy that it is on."""
+        return ("rx", "ry") if self.holds_tilts else ()
 
 
 class ComputedLaw(AbsoluteLaw):
@@ -62,7 +72,7 @@ def _table_of(law: ComputedLaw) -> SpeedTable:
 
 
 class RollingLawSpec(ComputedLaw):
-    """A ball or cylindrical roller bearing by its geometry and load."""
+    """A ball or cylindrical roller bearing, or a set of angular contact bearings, by its load."""
 
     kind: Literal["rolling"]
     elements: Literal["balls", "rollers"] = "balls"
@@ -74,13 +84,55 @@ class RollingLawSpec(ComputedLaw):
     radial_clearance_m: Finite = 0.0
     inner_groove: Positive = 0.52
     outer_groove: Positive = 0.53
+    arrangement: Annotated[str, Field(pattern=r"^(DB|DF|DT|[<>]{1,12})$")] = "<"
+    spacing_m: Annotated[tuple[Positive, ...], Field(max_length=MOST)] = ()
     load_n: tuple[Finite, Finite, Finite]
     preload_n: NotNegative = 0.0
+    preload: Literal["spring", "rigid"] = "spring"
+    motions: Annotated[tuple[Motion, ...], Field(max_length=6)] = ("ux", "uy", "uz", "rx", "ry")
     highest_rpm: Positive
     damping_n_s_per_m: NotNegative = 0.0
 
-    def bearing(self) -> RollingBearing:
-        """Return the bearing; ValueError names what is wrong."""
+    @field_validator("spacing_m", mode="before")
+    @classmethod
+    def several(cls, value: Any) -> Any:
+        """One distance, or a list of them."""
+        return (value,) if isinstance(value, int | float) else value
+
+    @property
+    def held(self) -> tuple[Motion, ...]:
+        """Motions beside ux and uy that it is on; rollers carry nothing along the axis."""
+        return tuple(m for m in self.motions[2:] if m != "uz" or self.elements == "balls")
+
+    def bearing(self) -> BearingSet:
+        """Return the bearing or set; ValueError names what is wrong."""
+        from solidwhirl.rotordyn.bearings.rolling import BearingSet
+
+        if self.motions not in _RING_MOTIONS:
+            allowed = ", ".join(str(list(own)) for own in _RING_MOTIONS)
+            raise ValueError(f"motions is {list(self.motions)}; allowed is one of {allowed}")
+        rows = {"DB": "<>", "DF": "><", "DT": "<<"}.get(self.arrangement, self.arrangement)
+        count, one = len(rows), self.contact_angle_deg == 0.0
+        if one and rows != "<":
+            raise ValueError(
+                f"arrangement {self.arrangement!r} is of angular contact bearings, and "
+                "contact_angle_deg is 0"
+            )
+        if len(self.spacing_m) not in ((1, count - 1) if count > 1 else (0,)):
+            needed = "none" if count == 1 else f"1, or {count - 1}"
+            raise ValueError(
+                f"spacing_m has {len(self.spacing_m)} distances; arrangement "
+                f"{self.arrangement!r} of {count} rows needs {needed}"
+            )
+        steps = self.spacing_m * (count - 1) if len(self.spacing_m) == 1 else self.spacing_m
+        places = np.concatenate(([0.0], np.cumsum(steps)))
+        return BearingSet(
+            row=self._row(),
+            facing=tuple(1 if way == "<" else -1 for way in rows),
+            places_m=tuple((places - 0.5 * (places[0] + places[-1])).tolist()),
+        )
+
+    def _row(self) -> RollingBearing:
         from solidwhirl.rotordyn.bearings.balls import BallBearing
         from solidwhirl.rotordyn.bearings.rollers import RollerBearing
 
@@ -91,6 +143,11 @@ class RollingLawSpec(ComputedLaw):
         if self.elements == "rollers":
             if self.roller_length_m is None:
                 raise ValueError("rollers need roller_length_m")
+            if self.contact_angle_deg:
+                raise ValueError(
+                    "contact_angle_deg is of balls; tapered rollers are not modelled, give their "
+                    "stiffness as a table"
+                )
             return RollerBearing(
                 roller_count=self.count,
                 roller_diameter_m=self.element_diameter_m,
@@ -108,26 +165,53 @@ class RollingLawSpec(ComputedLaw):
             **sizes,
         )
 
+    def load(self) -> RingLoad:
+        """Return what presses it."""
+        from solidwhirl.rotordyn.bearings.rolling import RingLoad
+
+        return RingLoad(load_n=self.load_n, preload_n=self.preload_n, preload=self.preload)
+
+    @model_validator(mode="after")
+    def _possible(self) -> RollingLawSpec:
+        self.ring_table()
+        return self
+
+    def ring_table(self) -> RingTable:
+        """Return the stiffness on ux, uy, uz, rx, ry over the speed, computed once."""
+        return _ring_table_of(self)
+
     def computed(self) -> SpeedTable:
-        """Compute the stiffness over the speed under the load and the preload."""
-        from solidwhirl.rotordyn.bearings.rolling import loaded_ring
-
-        bearing, (x, y, z) = self.bearing(), self.load_n
-        load = (x, y, z + self.preload_n)
-
-        def at(speed: float) -> tuple[FloatArray, FloatArray]:
-            found = loaded_ring(bearing, load, speed_rad_s=speed)
-            return found.lateral_stiffness_n_per_m, self.damping_n_s_per_m * np.eye(2)
-
-        return tabulate(at, 0.0, self.highest_rpm / RPM_PER_RAD_S)
+        """Return stiffness and damping on ux and uy over the speed."""
+        found = self.ring_table()
+        stiffness = found.stiffness[:, :2, :2]
+        damping = np.broadcast_to(self.damping_n_s_per_m * np.eye(2), stiffness.shape)
+        return SpeedTable(found.speeds_rad_s, stiffness, damping, "cubic")
 
     def exceeded(self, speed_rad_s: float) -> tuple[Exceeded, ...]:
         """Return whether contact pressure or speed are too high."""
         from solidwhirl.rotordyn.bearings import rolling
 
-        bearing, (x, y, z) = self.bearing(), self.load_n
-        ring = rolling.loaded_ring(bearing, (x, y, z + self.preload_n), speed_rad_s=speed_rad_s)
-        return rolling.exceeded(bearing, ring)
+        bearings, load = self.bearing(), self.load()
+        states = rolling.ring_states(bearings, load, np.array([speed_rad_s]), np.zeros(1))
+        return rolling.exceeded(bearings.row, states, speed_rad_s)
+
+
+_RING_MOTIONS = (
+    ("ux", "uy", "uz", "rx", "ry"),
+    ("ux", "uy", "rx", "ry"),
+    ("ux", "uy", "uz"),
+    ("ux", "uy"),
+)
+
+
+@lru_cache(maxsize=_TABLES)
+def _ring_table_of(law: RollingLawSpec) -> RingTable:
+    from solidwhirl.rotordyn.bearings.rolling import ring_table
+
+    # a ring that does not take part in axial motion slides where springs push it
+    floats = "uz" not in law.held and law.preload == "spring"
+    top = law.highest_rpm / RPM_PER_RAD_S
+    return ring_table(law.bearing(), law.load(), top, floats=floats)
 
 
 class _FilmSpec(ComputedLaw):

@@ -397,6 +397,16 @@ class Scene(Record):
         """Speed of every body over that of the reference shaft."""
         return {name: body.speed_ratio for name, body in self._every_body().items()}
 
+    def gear_trains(self) -> dict[str, int]:
+        """Number of the gear train of every body: those geared together, or of one speed ratio."""
+        ratios = self.speed_ratios()
+        same = {ratio: name for name, ratio in reversed(ratios.items())}
+        trains = {name: list(ratios).index(same[ratio]) for name, ratio in ratios.items()}
+        for gear in self.gears:
+            first, second = (trains[end.partition(".")[0]] for end in (gear.first, gear.second))
+            trains = {name: first if own == second else own for name, own in trains.items()}
+        return trains
+
     def internal_damping(self) -> dict[str, InternalDampingSpec]:
         """Internal damping of the bodies that have it."""
         tables = (self.bodies, self.beams, self.mesh_bodies)

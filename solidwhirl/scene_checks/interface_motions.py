@@ -52,8 +52,8 @@ def acting_on(scene: Scene, effect: str) -> list[str]:
 def _actions(scene: Scene) -> Iterator[tuple[str, str, str]]:
     for bearing in scene.bearings:
         law = scene.law_of(bearing)
-        tilts = isinstance(law, AbsoluteLaw) and law.holds_tilts
-        for motion in dict.fromkeys((*_of_bearing(bearing), *(("rx", "ry") if tilts else ()))):
+        held = law.held if isinstance(law, AbsoluteLaw) else ()
+        for motion in dict.fromkeys((*_of_bearing(bearing), *held)):
             for place in (bearing.first, bearing.second):
                 if place != "ground":
                     yield place, motion, bearing.name

@@ -12,7 +12,7 @@ from solidwhirl.analyses.registry import AnalysisSpec
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.scene.records import Scene
-from solidwhirl.scene_checks.operating import operating_speeds
+from solidwhirl.scene_checks.operating import operating_speeds, running_speeds
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,7 +84,7 @@ def _speeds_asked(scene: Scene) -> Iterator[SpeedAsked]:
             for rpm in speeds:
                 yield SpeedAsked(analysis=analysis.label, speed_rpm=rpm, source=f"{key} of {where}")
         ratio = partial(_ratio, scene)
-        for rpm, source in analysis.shaft_speeds(scene.operating, ratio, where):
+        for rpm, source in analysis.shaft_speeds(running_speeds(scene), ratio, where):
             yield SpeedAsked(analysis=analysis.label, speed_rpm=rpm, source=source)
 
 

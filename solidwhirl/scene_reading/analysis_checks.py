@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from solidwhirl.analyses.base import OperatingSpec
 from solidwhirl.analyses.registry import AnalysisSpec
 from solidwhirl.core.errors import unknown
 from solidwhirl.geometry.features import MOST
@@ -15,6 +16,7 @@ from solidwhirl.scene.bearing_physics import AbsoluteLaw
 from solidwhirl.scene.magnetic_bearings import MagneticLawSpec
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import EFFECT_OF, acting_on, is_off_axis
+from solidwhirl.scene_checks.operating import conflicts, running_speeds
 from solidwhirl.scene_checks.recovery_references import no_common_sector, no_solid, sectors_of
 
 if TYPE_CHECKING:
@@ -59,6 +61,17 @@ def _operating_problems(scene: Scene) -> Iterator[str]:
             yield f"operating[{k}].shaft: {unknown('body', own.shaft, list(ratios))}"
         elif ratios[own.shaft] == 0.0:
             yield f"operating[{k}].shaft: {own.shaft!r} does not turn; it has no operating speed"
+    yield from _conflicts(scene, "operating", scene.operating)
+    for k, analysis in enumerate(scene.analyses):
+        yield from _conflicts(scene, f"analyses[{k}].operating", [*analysis.operating_named()])
+
+
+def _conflicts(scene: Scene, where: str, entries: Sequence[OperatingSpec]) -> Iterator[str]:
+    """Speeds of two shafts that turn at another ratio than they do."""
+    ratios = scene.speed_ratios()
+    seats = {end.partition(".")[0] for gear in scene.gears for end in (gear.first, gear.second)}
+    if all(ratios.get(name) for name in {*seats, *(o.shaft for o in entries)}):
+        yield from (f"{where}[{k}]: {text}" for k, text in conflicts(scene, entries))
 
 
 def _name_problems(scene: Scene, spec: AnalysisSpec, places: list[str]) -> Iterator[str]:
@@ -123,11 +136,12 @@ def _ends_m(scene: Scene) -> dict[str, tuple[float, float]]:
 
 def _api617_problems(scene: Scene, spec: Api617Spec) -> Iterator[str]:
     """A shaft or speeds that are not told, and places and journals of other bodies."""
-    missing = spec.missing(scene.operating)
+    running = running_speeds(scene)
+    missing = spec.missing(running)
     if missing is not None:
         yield missing
         return
-    shaft = spec.machine(scene.operating, lambda name: abs(scene.speed_ratio(name))).shaft
+    shaft = spec.machine(running, lambda name: abs(scene.speed_ratio(name))).shaft
     ratios = scene.speed_ratios()
     own = [name for name, ratio in ratios.items() if ratio == ratios[shaft]]
     for key, value in _named(spec):

@@ -10,6 +10,7 @@ from solidwhirl.core.errors import repeated, unknown
 from solidwhirl.core.fields import alike_in_files
 from solidwhirl.scene.bearing_physics import (
     AbsoluteLaw,
+    RollingLawSpec,
     ShortBearingLawSpec,
     SqueezeFilmLawSpec,
 )
@@ -123,8 +124,16 @@ def _law_problems(scene: Scene, bearing: BearingSpec) -> Iterator[str]:
             )
     elif any(m[0, 1] or m[1, 0] for m in own):
         yield f"speed_law: {bearing.speed_law!r} scales x and y only; cross terms must be 0"
+    held = law.held if isinstance(law, AbsoluteLaw) else ()
     if {"ux", "uy"} & set(bearing.rigid):
         yield "speed_law: ux or uy is rigid; give one of the two"
+    for key, motion in (("axial_stiffness_n_per_m", "uz"), ("tilt_stiffness_n_m_per_rad", "rx")):
+        again = np.any(np.asarray(getattr(bearing, key))) and isinstance(law, RollingLawSpec)
+        if motion in held and (again or motion in bearing.rigid):
+            yield (
+                f"{key if again else 'rigid'}: the law {bearing.speed_law!r} holds {motion} too; "
+                "leave it out here, or out of the motions of the law"
+            )
     ratios = scene.speed_ratios()
     body = bearing.first.partition(".")[0]
     if ratios.get(body) == 0.0 and not isinstance(law, MagneticLawSpec | SqueezeFilmLawSpec):

@@ -134,15 +134,15 @@ class Api617Spec(base.Analysis):
         """What the picture of each set of bearing laws has after the name."""
         return {OWN: "", **{case.name: f"_{case.file_part}" for case in self.cases}}
 
-    def missing(self, operating: Sequence[base.OperatingSpec]) -> str | None:
+    def missing(self, operating: Sequence[base.Operating]) -> str | None:
         """Return what it is not told of its shaft and speeds; None if nothing is missing.
 
-        `operating`: `[[operating]]` of the scene.
+        `operating`: of all shafts, by `[[operating]]` of the scene.
         """
-        shafts = list(dict.fromkeys(o.shaft for o in operating))
+        shafts = list(dict.fromkeys(o.shaft for o in base.given_speeds(operating)))
         if self.shaft is None and len(shafts) != 1:
             return f"shaft: missing; [[operating]] has {shafts or 'no shaft'}, one would do"
-        known = (self.shaft or shafts[0]) in shafts
+        known = any(o.is_of([self.shaft or shafts[0]]) for o in operating)
         for key in ("minimum_speed_rpm", "maximum_continuous_rpm"):
             if getattr(self, key) is None and not known:
                 return f"{key}: missing; give it here or as [[operating]] of the scene"
@@ -155,17 +155,17 @@ class Api617Spec(base.Analysis):
         return None
 
     def machine(
-        self, operating: Sequence[base.OperatingSpec], ratio: Callable[[str], float]
+        self, operating: Sequence[base.Operating], ratio: Callable[[str], float]
     ) -> Machine:
         """Return the shaft and its speeds, from its own keys or those of the scene."""
         shaft = self.shaft or operating[0].shaft
-        own = [o for o in operating if o.shaft == shaft]
+        own = [o for o in operating if o.is_of([shaft])]
         low = self.minimum_speed_rpm or min(o.from_rpm for o in own)
         high = self.maximum_continuous_rpm or max(o.to_rpm for o in own)
         return Machine(shaft, low, high, self.trip_rpm or _TRIP * high, ratio(shaft))
 
     def shaft_speeds(
-        self, operating: Sequence[base.OperatingSpec], ratio: Callable[[str], float], where: str
+        self, operating: Sequence[base.Operating], ratio: Callable[[str], float], where: str
     ) -> Iterator[tuple[float, str]]:
         """Yield the speed up to which responses are computed."""
         if self.missing(operating) is None:
@@ -186,7 +186,7 @@ class Api617Spec(base.Analysis):
 
     def run(self, engine: base.Engine) -> Outcome:
         """All clauses, from the responses and modes that they ask for."""
-        machine = self.machine(engine.operating_entries, lambda s: abs(engine.speed_ratios[s]))
+        machine = self.machine(engine.running(()), lambda s: abs(engine.speed_ratios[s]))
         system, shaft = engine.system, machine.shaft
         top = machine.reference_rad_s(machine.high_rpm)
         seats = journal_seats(system, shaft, top, self.journals)
@@ -212,12 +212,26 @@ class Api617Spec(base.Analysis):
         bodies = [rotor.element for rotor in rigid.system.rotors.values()]
         document["iso"] = iso_document(found, places, bodies, machine, self.balance_grade)
         rows = clause_rows(document)
-        verdict = verdict_of(rows)
+        ratios = engine.speed_ratios
+        own = [name for name, ratio in ratios.items() if ratio == ratios[machine.shaft]]
+        speeds = base.Operating(shaft, machine.low_rpm, machine.high_rpm, machine.ratio, (*own,))
+        verdict = verdict_of(rows) | {
+            "judged": own,
+            "not_judged": [n for n, ratio in ratios.items() if ratio != 0.0 and n not in own],
+            "judged_text": base.judged_text([speeds], ratios),
+        }
         word = {"fail": "FAIL"}.get(verdict["verdict"], verdict["verdict"])
         return Outcome(
             kind=self.kind,
             document={"verdict": verdict, "clauses": rows, **document},
-            headline=f"{word} by API 617, {told.edition_text(self.edition)}: {verdict['why']}",
+            headline="; ".join(
+                text
+                for text in (
+                    f"{word} by API 617, {told.edition_text(self.edition)}: {verdict['why']}",
+                    verdict["judged_text"],
+                )
+                if text
+            ),
         )
 
     def _asked(

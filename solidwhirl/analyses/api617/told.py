@@ -31,15 +31,16 @@ def edition_text(edition: str) -> str:
 def blocks(document: Mapping[str, Any]) -> list[AnalysisBlock]:
     """Return verdict, clauses, responses, stability, ISO, and what is assumed."""
     verdict = document["verdict"]
-    speeds = document["speeds"]
+    speeds, left_out = document["speeds"], verdict["not_judged"]
     head = (
         f"**{_WORDS[verdict['verdict']]} by API 617, {edition_text(document['edition'])}**, "
         f"{document['shaft']}, {speeds['minimum_rpm']:g} to {speeds['maximum_continuous_rpm']:g} "
         f"rpm, trip {speeds['trip_rpm']:g} rpm: {verdict['why']}."
+        + (f" {said[:1].upper()}{said[1:]}." if (said := verdict["judged_text"]) else "")
     )
     cases = document["bearing_cases"]
     found: list[AnalysisBlock] = [
-        Text(text=head, kind="plain" if verdict["passed"] else "warning"),
+        Text(text=head, kind="plain" if verdict["passed"] and not left_out else "warning"),
         *([_set_table(document)] if len(cases) > 1 else []),
         _clause_table(document),
         _placement_table(document),

@@ -10,11 +10,13 @@ import numpy as np
 
 from solidwhirl.analyses.base import STABILITY, Analysis, Charts, Engine, Found
 from solidwhirl.analyses.work import EngineSize, Work
-from solidwhirl.core.blocks import AnalysisBlock, Text
+from solidwhirl.core.blocks import AnalysisBlock, Table, Text
 from solidwhirl.core.fields import Positive
 from solidwhirl.core.outcome import Outcome
 from solidwhirl.core.plain_data import Labels
+from solidwhirl.rotordyn.assembly.bearing_laws import RingLaw
 from solidwhirl.rotordyn.assembly.bearing_notes import bearing_notes, note_lines
+from solidwhirl.rotordyn.assembly.system import LawJoint
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
 from solidwhirl.rotordyn.plots import chart as charts
@@ -24,6 +26,10 @@ _SAME = 1e-9
 # Where a coefficient stands in its matrix, and the dashes of its line.
 _ENTRIES = {"xx": (0, 0, "solid"), "yy": (1, 1, "dot"), "xy": (0, 1, "dash"),
             "yx": (1, 0, "dashdot")}  # fmt: skip
+
+
+# Keys of the stiffness of a rolling bearing begin with these.
+_MEAN_AND_RANGE = ("", "least_", "most_")
 
 
 class BearingLawsSpec(Analysis):
@@ -51,6 +57,7 @@ class BearingLawsSpec(Analysis):
                 "speed_of_its_rotor_rpm": own.speed_rpm.tolist(),
                 "stiffness_n_per_m": [np.diag(k).tolist() for k in own.stiffness],
                 "damping_n_s_per_m": [np.diag(c).tolist() for c in own.damping],
+                **_ring_document(own),
             }
             for own in _laws(engine, speeds)
         }
@@ -74,7 +81,8 @@ class BearingLawsSpec(Analysis):
         """Coefficients of all bearings together, and what is to be said of them."""
         laws = list(_laws(found.engine, self._speeds(found.engine)))
         notes = [Text(text=note, kind="warning") for note in found.document["notes"]]
-        return [*(_law_charts(laws) if laws else ()), *notes]
+        rings = [_ring_table(found.document["bearings"])] if any(law.ring for law in laws) else []
+        return [*(_law_charts(laws) if laws else ()), *rings, *notes]
 
     @classmethod
     def labels(cls, document: Mapping[str, Any]) -> Labels:
@@ -104,20 +112,84 @@ class Law(NamedTuple):
     stiffness: FloatArray
     damping: FloatArray
     range_rpm: tuple[float, float]
+    #: On ux to rz, (s, 6, 6), and the law, of a rolling bearing
+    whole: FloatArray
+    ring: RingLaw | None = None
 
 
 def _laws(engine: Engine, speeds_rad_s: FloatArray) -> Iterator[Law]:
+    joints: dict[str, list[LawJoint]] = {}
     for joint in engine.system.law_joints:
-        values = [joint.coefficients(float(speed)) for speed in speeds_rad_s]
-        low, high = joint.law.speed_range_rad_s
+        joints.setdefault(joint.bearing, []).append(joint)
+    laws = {bearing.name: bearing.speed_law for bearing in engine.system.system.bearings}
+    for name, own in joints.items():
+        values = np.zeros((2, speeds_rad_s.size, 6, 6))
+        for joint in own:
+            at = slice(len(joint.rows))
+            for k, speed in enumerate(speeds_rad_s.tolist()):
+                found = np.array(joint.coefficients(speed))[:, at, at]
+                values[:, k] += joint.rows.T @ found @ joint.rows
+        low, high = own[0].law.speed_range_rad_s
+        law = laws[name]
         yield Law(
-            bearing=joint.bearing,
-            law=joint.law.name,
-            speed_rpm=np.abs(joint.speed_ratio) * speeds_rad_s * RPM_PER_RAD_S,
-            stiffness=np.array([k for k, _ in values]),
-            damping=np.array([c for _, c in values]),
+            bearing=name,
+            law=own[0].law.name,
+            speed_rpm=np.abs(own[0].speed_ratio) * speeds_rad_s * RPM_PER_RAD_S,
+            stiffness=values[0][:, :2, :2],
+            damping=values[1][:, :2, :2],
             range_rpm=(low * RPM_PER_RAD_S, high * RPM_PER_RAD_S),
+            whole=values[0],
+            ring=law if isinstance(law, RingLaw) else None,
         )
+
+
+def _ring_document(own: Law) -> dict[str, Any]:
+    """What a rolling bearing has beside its lateral stiffness, and its range over positions."""
+    if own.ring is None:
+        return {}
+    k, law = own.whole, own.ring
+    speeds = law.speeds_rad_s * RPM_PER_RAD_S
+    found = {
+        f"{name}_stiffness_n_per_m": np.array(
+            [np.interp(own.speed_rpm, speeds, column) for column in values[:, :2].T]
+        ).T.tolist()
+        for name, values in (("least", law.least), ("most", law.most))
+        if values is not None
+    }
+    return found | {
+        "axial_stiffness_n_per_m": k[:, 2, 2].tolist(),
+        "tilt_stiffness_n_m_per_rad": np.stack((k[:, 3, 3], k[:, 4, 4]), axis=1).tolist(),
+        "coupling_of_x_with_ry_n_per_rad": k[:, 0, 4].tolist(),
+        "coupling_of_y_with_rx_n_per_rad": k[:, 1, 3].tolist(),
+    }
+
+
+def _ring_table(bearings: Mapping[str, Mapping[str, Any]]) -> Table:
+    """Stiffness of rolling bearings at rest, half way and at the highest speed."""
+    rows: list[list[Any]] = []
+    for name, own in bearings.items():
+        if "axial_stiffness_n_per_m" not in own:
+            continue
+        speeds = own["speed_of_its_rotor_rpm"]
+        for k in dict.fromkeys((0, len(speeds) // 2, len(speeds) - 1)):
+            row = [name, own["law"], f"{speeds[k]:.0f}"]
+            for at in (0, 1):
+                ends = [own[f"{key}stiffness_n_per_m"][k][at] * 1e-6 for key in _MEAN_AND_RANGE]
+                row += [f"{ends[0]:.4g}", f"{ends[1]:.4g} to {ends[2]:.4g}"]
+            row.append(f"{1e-6 * own['axial_stiffness_n_per_m'][k]:.4g}")
+            row += [f"{1e-3 * value:.4g}" for value in own["tilt_stiffness_n_m_per_rad"][k]]
+            row.append(f"{1e-6 * own['coupling_of_x_with_ry_n_per_rad'][k]:.3g}")
+            rows.append(row)
+    return Table(
+        title="Rolling bearings",
+        head=[
+            *("bearing", "law", "its rotor [rpm]", "x [N/µm]", "over positions", "y [N/µm]"),
+            *("over positions", "z [N/µm]", "rx [N m/mrad]", "ry [N m/mrad]", "x with ry [N/µrad]"),
+        ],
+        rows=rows,
+        caption="Means over the positions of the balls or rollers, which lie anywhere as the shaft "
+        "turns; least and most over these positions beside them.",
+    )
 
 
 def _law_charts(laws: Sequence[Law]) -> list[charts.Chart]:

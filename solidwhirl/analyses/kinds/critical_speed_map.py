@@ -53,7 +53,7 @@ class CriticalSpeedMapSpec(base.Stiffnesses):
             yield base.OperatingSpec(shaft=self.excited_by, from_rpm=rpm, to_rpm=rpm)
 
     def shaft_speeds(
-        self, operating: Sequence[base.OperatingSpec], ratio: Callable[[str], float], where: str
+        self, operating: Sequence[base.Operating], ratio: Callable[[str], float], where: str
     ) -> Iterator[tuple[float, str]]:
         """Yield the speed to which critical speeds are sought."""
         yield self.search_to_rpm / ratio(self.excited_by), f"search_to_rpm of {where}"

@@ -70,7 +70,7 @@ class SeparationMarginsSpec(base.Analysis):
         yield from self.operating
 
     def shaft_speeds(
-        self, operating: Sequence[base.OperatingSpec], ratio: Callable[[str], float], where: str
+        self, operating: Sequence[base.Operating], ratio: Callable[[str], float], where: str
     ) -> Iterator[tuple[float, str]]:
         """Yield the speeds up to which critical speeds are sought."""
         factor = self.search_factor
@@ -84,31 +84,26 @@ class SeparationMarginsSpec(base.Analysis):
     def work(self, size: EngineSize) -> Work:
         """Searches beyond what is searched already."""
         reached = {abs(ratio): size.top_rad_s for ratio in size.speed_ratios.values()}
-        ranges, searches = self.operating or size.operating, 0
-        for entry in ranges:
-            ratio, limit = self._search(entry, size.speed_ratios)
-            if not is_searched(limit, reached[ratio]):
-                reached[ratio] = limit
-                searches += 1
-        return size.search.times(searches).and_also(Work(results=float(len(ranges))))
+        ratios = size.speed_ratios
+        ranges = self.operating or size.operating
+        limit = max(self._limit(o.to_rpm / abs(ratios[o.shaft])) for o in ranges)
+        searches = sum(not is_searched(limit, known) for ratio, known in reached.items() if ratio)
+        return size.search.times(searches).and_also(Work(results=float(len(reached))))
 
-    def _search(
-        self, entry: base.OperatingSpec, speed_ratios: Mapping[str, float]
-    ) -> tuple[float, float]:
-        """Ratio of the excitation by a shaft, and the speed up to which it is looked at [rad/s]."""
-        ratio = abs(speed_ratios[entry.shaft])
-        return ratio, self.search_factor * entry.to_rpm * RAD_S_PER_RPM / ratio
+    def _limit(self, reference_rpm: float) -> float:
+        """Speed of the reference shaft up to which critical speeds are sought [rad/s]."""
+        return self.search_factor * reference_rpm * RAD_S_PER_RPM
 
     def run(self, engine: base.Engine) -> Outcome:
         """Margins of every shaft's critical speeds from its operating range, and the verdict."""
         found: list[SeparationMargin] = []
         damped: list[dict[str, Any]] = []
-        ranges = self.operating or engine.operating_entries
+        ranges = engine.running(self.operating)
         for entry in ranges:
-            ratio, limit = self._search(entry, engine.speed_ratios)
+            limit = self._limit(entry.reference_rpm[1])
             critical = [
                 c
-                for c in critical_speeds(engine.system, ratio, limit)
+                for c in critical_speeds(engine.system, entry.ratio, limit)
                 if moves_laterally(engine.system, c.shape)  # what the shaft may excite
             ]
             counts = [c.counts(engine.damping_rule) for c in critical]
@@ -123,9 +118,7 @@ class SeparationMarginsSpec(base.Analysis):
                 if not own
             ]
             counted = [c for c, own in zip(critical, counts, strict=True) if own]
-            # the unbalance of bodies that turn as the shaft does is one with its own
-            ratios, own_ratio = engine.speed_ratios, engine.speed_ratios[entry.shaft]
-            shafts = [name for name, ratio in ratios.items() if ratio == own_ratio]
+            shafts = entry.bodies
             excitations = [unbalance_excitation(engine.system, c.shape, shafts) for c in counted]
             operating = OperatingRange(
                 shaft=entry.shaft,
@@ -135,23 +128,36 @@ class SeparationMarginsSpec(base.Analysis):
             found += separation_margins(operating, resonances_of_modes(counted, excitations))
         method = MarginMethod(kind=self.method or "api617", percent=self.percent)
         verdict = margin_verdict(found, method)
+        judged = base.judged_text(ranges, engine.speed_ratios)
+        searched = f" up to {self.search_factor:g} times the operating speeds"
+        why = verdict.why + ("" if verdict.worst else searched) + (f"; {judged}" if judged else "")
         return Outcome(
             kind=self.kind,
             document={
                 "note": "in the manner of API 617; no statement of compliance",
-                "operating": [entry.model_dump() for entry in ranges],
+                "operating": [
+                    {
+                        "shaft": own.shaft,
+                        "from_rpm": own.from_rpm,
+                        "to_rpm": own.to_rpm,
+                        "bodies": list(own.bodies),
+                        "follows": own.follows or None,
+                    }
+                    for own in ranges
+                ],
                 "verdict": {
                     "method": method.kind,
                     "chosen": self.method is not None,
                     "percent": self.percent if self.method == "percent" else None,
                     "passed": verdict.passed,
-                    "why": verdict.why,
+                    "why": why,
+                    "judged": list(dict.fromkeys(b for entry in ranges for b in entry.bodies)),
                     "worst": _margin_document(verdict.worst, method) if verdict.worst else None,
                 },
                 "margins": [_margin_document(m, method) for m in found],
                 "critically_damped": damped,
             },
-            headline=f"{'pass' if verdict.passed else 'FAIL'} by {method.text}: {verdict.why}",
+            headline=f"{'pass' if verdict.passed else 'FAIL'} by {method.text}: {why}",
         )
 
     def pictures(self, found: base.Found) -> Mapping[str, base.Charts]:

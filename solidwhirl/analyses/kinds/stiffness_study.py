@@ -75,7 +75,7 @@ class StiffnessStudySpec(base.Stiffnesses):
         yield base.OperatingSpec(shaft=self.excite.partition(".")[0], from_rpm=rpm, to_rpm=rpm)
 
     def shaft_speeds(
-        self, operating: Sequence[base.OperatingSpec], ratio: Callable[[str], float], where: str
+        self, operating: Sequence[base.Operating], ratio: Callable[[str], float], where: str
     ) -> Iterator[tuple[float, str]]:
         """Yield the speed of the highest frequency, where the unbalance turns at each of them."""
         if self.speed_rpm is None:

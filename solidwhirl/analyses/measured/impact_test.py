@@ -103,7 +103,7 @@ class ImpactTestSpec(base.Frequencies):
         return read_measured(self.measured, self.hammers, self.sensors)
 
     def shaft_speeds(
-        self, operating: Sequence[base.OperatingSpec], ratio: Callable[[str], float], where: str
+        self, operating: Sequence[base.Operating], ratio: Callable[[str], float], where: str
     ) -> Iterator[tuple[float, str]]:
         """Yield its own speed."""
         if self.speed_rpm:

@@ -50,7 +50,7 @@ class PlaceMapSpec(base.Frequencies):
     speed_rpm: NotNegative | None = None
 
     def shaft_speeds(
-        self, operating: Sequence[base.OperatingSpec], ratio: Callable[[str], float], where: str
+        self, operating: Sequence[base.Operating], ratio: Callable[[str], float], where: str
     ) -> Iterator[tuple[float, str]]:
         """Yield the speed of the highest frequency, where the unbalance turns at each of them."""
         if self.speed_rpm is not None:
