@@ -616,11 +616,13 @@ def _real_shift(scaled: Scaled, full: Matrix, damping: Matrix) -> tuple[float, f
     """Return s ≥ 0 with a positive definite Q(s), and a low frequency of the system."""
     if scaled.is_definite:
         return 0.0, 1.0
-    if scaled.negative_count == 0:
-        reference = _lowest_frequency(scaled, 0.5 * (damping - damping.conj().T))
+    least = 0.0
+    if scaled.negative_count:  # which may be rounding: over the mass it need not be negative
+        least = float(la.eigh(scaled.stiffness, scaled.mass, eigvals_only=True)[0])
+    if least < 0.0:
+        reference = 2.0 * float(np.sqrt(-least))
     else:
-        values = la.eigh(scaled.stiffness, scaled.mass, eigvals_only=True)
-        reference = 2.0 * float(np.sqrt(-values[0]))
+        reference = _lowest_frequency(scaled, 0.5 * (damping - damping.conj().T))
     return _definite_shift(full, damping, scaled.mass, reference), reference
 
 

@@ -180,7 +180,7 @@ def _analysed(engine: stages.Engine, results: Callable[..., Results]) -> Results
     with job.clock.stage("stability"):
         stability = stages.stability_of_engine(engine, diagram.asymmetry)
     levels = partial(_levels, engine, diagram, estimates)
-    outcomes = stages.analyses_of(engine, diagram.campbell, estimates, levels)
+    outcomes = stages.analyses_of(engine, diagram, estimates, levels)
     critical = [excited.critical for excited in diagram.critical_speeds]
     with job.clock.stage("checks of the analyses"):
         if engine.rotating is None:
