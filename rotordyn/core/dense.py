@@ -568,14 +568,17 @@ def _solved(
     values = np.where(real, roots.values.real, roots.values)
     turning = values.imag != 0
     for at in np.flatnonzero(turning & (np.abs(values) < _SLOW * shift)):
-        values[at], right[:, at] = _iterated(complex(values[at]), right[:, at], problem)
+        values[at], right[:, at] = iterated(complex(values[at]), right[:, at], problem)
     return Eigenvalues(values, right)
 
 
-def _iterated(
+def iterated(
     value: complex, shape: ComplexArray, problem: tuple[Matrix, Matrix, Matrix]
 ) -> tuple[complex, ComplexArray]:
-    """Return a root and its vector by inverse iteration: zeros near it spoil its left vector."""
+    """Return a root and its vector by inverse iteration, which needs no left vector.
+
+    Zeros near a root spoil that. `problem`: M, V and K, each (n, n).
+    """
     mass, velocity, stiffness = problem
     for _ in range(_ITERATIONS):
         dynamic = stiffness + value * velocity + value**2 * mass
