@@ -381,7 +381,9 @@ def root_error(
 ) -> RootError:
     """Return how far a number is from an eigenvalue.
 
-    `slope`: D'(λ) where matrices depend on λ themselves; None: 2 λ M + V. Returns |yᴴ D(λ) x / yᴴ D'(λ) x| with left and right vectors of inverse iteration: the step of
+    `slope`: D'(λ) where matrices depend on λ themselves; None: 2 λ M + V.
+
+    Returns |yᴴ D(λ) x / yᴴ D'(λ) x| with left and right vectors of inverse iteration: the step of
     Newton's method to the eigenvalue, right to first order. Its rounding is the change that errors
     of one unit in the last place of every term may cause.
     """
