@@ -193,6 +193,17 @@ def test_a_shaft_that_an_unbalance_does_not_reach_is_no_missing_peak():
     assert not bad(results.checks)
 
 
+@pytest.mark.parametrize("away_m", [9.0, 300.0])
+def test_a_small_rotor_far_from_the_origin_passes(small_scene, away_m):
+    """Its places are known to the rounding of the distance, and so are lengths of its beams."""
+    data = small_scene(model={"level": "beam"})
+    body = data["bodies"]["rotor"]
+    for part in (*body["sections"], *body["interfaces"]):
+        for key in part.keys() & {"start_m", "end_m", "at_m"}:
+            part[key] = away_m + 0.25 * part[key]
+    assert not bad(run_scene(parse_scene(data)).checks)
+
+
 @pytest.mark.parametrize("spin_rpm", [0.0, 7000.0])
 def test_a_force_that_turns_alone_is_checked_at_the_spin_of_the_rotor(spin_rpm):
     """Forces turn through 12 000 rpm on an overhung disk at one spin; softer bearings at speed."""
