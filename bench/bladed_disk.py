@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from solidwhirl.pipeline.run import run_scene
+from solidwhirl.pipeline.run import run_for_page
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_reading.reader import read_scene
 
@@ -50,7 +50,7 @@ def scene(accuracy: float) -> Scene:
 def measure(accuracy: float) -> dict[str, Any]:
     """One run: rounds of refinement, and every mode beside its extrapolated value."""
     start = time.process_time()
-    found = run_scene(scene(accuracy))
+    found = run_for_page(scene(accuracy))
     cpu_s = time.process_time() - start
     document = found.analyses["nodal_diameters"].document
     rows = []

@@ -24,7 +24,7 @@ import numpy as np
 
 from solidwhirl.model.bodies import build_bodies
 from solidwhirl.model.effects import make_plan
-from solidwhirl.pipeline.run import run_scene
+from solidwhirl.pipeline.run import run_for_page
 from solidwhirl.scene.records import EffectsSpec, Scene
 from solidwhirl.scene_reading.reader import read_scene
 
@@ -63,9 +63,9 @@ def case(name: str, effect: str, state: str) -> dict[str, Any]:
     """Run one case in this process."""
     scene = switched(scene_of(name), effect, state)
     start = time.process_time()
-    results = run_scene(scene)
+    results = run_for_page(scene)
     seconds = time.process_time() - start
-    speeds = [c.critical.speed_rad_s for c in results.critical_speeds] if results else []
+    speeds = [c.critical.speed_rad_s for c in results.critical_speeds]
     return {"cpu_s": seconds, "critical_rad_s": speeds}
 
 

@@ -38,13 +38,11 @@ def main(out: Path = OUT) -> None:
     out
         The file.
     """
-    from solidwhirl.pipeline.run import run_scene
+    from solidwhirl.pipeline.run import run_for_page
     from solidwhirl.rotordyn.exchange.matrices.arrays_npz import write_npz
     from solidwhirl.scene_reading.reader import read_scene
 
-    results = run_scene(read_scene(SCENE), progress=lambda stage: print(stage, file=sys.stderr))
-    if results is None:
-        return
+    results = run_for_page(read_scene(SCENE), progress=lambda stage: print(stage, file=sys.stderr))
     out.parent.mkdir(exist_ok=True)
     element = thinned(results.elements["casing"])
     exported = write_npz(element, out)

@@ -47,6 +47,8 @@ _MOST_FAULTS = 6
 _SAME = 1e-6
 # Below this part of a range of speeds what is free to drift is told from nothing.
 _NEAR_REST = 1e-4
+# Part of a root by which its neighbours differ that tell the slope there, to a few digits.
+_BESIDE = 1e-6
 # Width of an interval (relative) that holds one crossing of a line.
 _NARROW = 1e-9
 # A root this near to the line of an excitation is neither above nor below.
@@ -99,9 +101,11 @@ def check_joints(plain: PlainSystem) -> tuple[Invariant, ...]:
     )
 
 
-def root_miss(matrices: PlainMatrices, value: complex, speed: float) -> Miss:
-    """Return the relative error of an eigenvalue and its limit."""
-    found, size = root_error(matrices, value), max(abs(value), float(np.finfo(float).tiny))
+def root_miss(
+    matrices: PlainMatrices, value: complex, speed: float, slope: ComplexArray | None = None
+) -> Miss:
+    """Return the relative error of an eigenvalue and its limit; `slope`: see `root_error`."""
+    found, size = root_error(matrices, value, slope), max(abs(value), float(np.finfo(float).tiny))
     return Miss(found.distance / size, ACCURACY + ROUNDINGS * found.rounding / size, speed)
 
 
@@ -110,7 +114,13 @@ def root_misses(plain: PlainSystem, values: ComplexArray, speed: float) -> list[
     if not plain.depends_on_frequency:
         matrices = plain.at(speed)
         return [root_miss(matrices, complex(value), speed) for value in values]
-    return [root_miss(plain.at(speed, complex(v)), complex(v), speed) for v in values]
+    found = []
+    for value in values.tolist():
+        near = [value * (1.0 + side * _BESIDE) for side in (-1.0, 1.0)]
+        before, after = (plain.at(speed, rate).dynamic(rate) for rate in near)
+        slope = (after - before) / (near[1] - near[0])
+        found.append(root_miss(plain.at(speed, value), value, speed, slope))
+    return found
 
 
 def worst_of(name: str, where: str, concerns: str, misses: Sequence[Miss], text: str) -> Invariant:

@@ -29,6 +29,8 @@ _SMALL = 1e-3
 _STILL = 1e-6
 # Ends of unstable intervals are right to this (relative).
 _END = 1e-6
+#: A resonance with less damping than this (decrement) has no height to look at.
+DAMPED = 1e-6
 # Frequencies, over the speed or one rad/s, at which transfer functions are compared.
 _TRANSFER = (0.37, 1.7, 5.3)
 
@@ -95,21 +97,27 @@ def check_unbalance_response(
     speeds_rad_s: FloatArray,
     curves: Sequence[Curve],
     chosen: Sequence[int],
-    doubtful_rad_s: Sequence[float],
+    doubtful_rad_s: Sequence[float] | FloatArray,
     where: str,
+    spin_rad_s: float | None = None,
 ) -> Iterator[Invariant]:
     """Check a response to unbalance by direct solution, and that no peak of it is missing.
 
     `loads`: that turn at one frequency; `chosen`: indices of the speeds to look at.
     `doubtful_rad_s`: speeds at which the response may be far above the samples beside it: damped
-    critical speeds and the knots of laws.
+    critical speeds and the knots of laws. `spin_rad_s`: speed of the reference shaft while the
+    force alone turns at other speeds, with resonances of its own; None: the same.
     """
     ratio = abs(plain.system.rotors[loads[0].body].speed_ratio)
     rows = np.vstack([plain.seat(curve.place)[:2] for curve in curves])
+    if spin_rad_s is not None:
+        shift = ratio * float(speeds_rad_s[-1])
+        doubtful_rad_s = damped_frequencies(plain.at(spin_rad_s), shift) / ratio
 
     def moved(speed: float) -> Motion | None:
         force, rate = unbalance_load(plain, loads, speed), ratio * speed
-        return motion_under(plain.at(speed, 1j * rate), rate, force, rows) if speed else None
+        turning = speed if spin_rad_s is None else spin_rad_s
+        return motion_under(plain.at(turning, 1j * rate), rate, force, rows) if speed else None
 
     misses = _deviations(moved, speeds_rad_s, curves, chosen)
     if misses:
@@ -120,6 +128,13 @@ def check_unbalance_response(
         text = f"over the samples beside it, at {len(misses)} critical speeds and knots"
         name = "no peak of the response is missing"
         yield worst_of(name, where, "peaks of the response", misses, text)
+
+
+def damped_frequencies(matrices: PlainMatrices, shift: float) -> FloatArray:
+    """Return |Im λ| of all motions that have damping; `shift`: see `full_spectrum`."""
+    values = full_spectrum(matrices, shift)
+    damped = np.abs(values.real) > DAMPED / (2.0 * np.pi) * np.abs(values)
+    return np.asarray(np.unique(np.abs(values.imag[damped])))
 
 
 def _deviations(
@@ -142,7 +157,10 @@ def _deviations(
 
 
 def _peaks(
-    moved: Moved, speeds_rad_s: FloatArray, curves: Sequence[Curve], doubtful_rad_s: Sequence[float]
+    moved: Moved,
+    speeds_rad_s: FloatArray,
+    curves: Sequence[Curve],
+    doubtful_rad_s: Sequence[float] | FloatArray,
 ) -> list[Miss]:
     """How many times a response is higher at some speeds than its samples beside them."""
     listed = np.stack([_major(curve.amplitude) for curve in curves], axis=1)

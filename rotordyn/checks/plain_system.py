@@ -394,8 +394,12 @@ def joint_errors(plain: PlainSystem) -> tuple[float, int]:
     return broken / largest, len(plain.transformation) - rank - kept
 
 
-def root_error(matrices: PlainMatrices, value: complex) -> RootError:
+def root_error(
+    matrices: PlainMatrices, value: complex, slope: ComplexArray | None = None
+) -> RootError:
     """Return how far a number is from an eigenvalue.
+
+    `slope`: D'(λ) where matrices depend on λ themselves; None: 2 λ M + V.
 
     Returns |yᴴ D(λ) x / yᴴ D'(λ) x| with left and right vectors of inverse iteration: the step of
     Newton's method to the eigenvalue, right to first order. Its rounding is the change that errors
@@ -415,11 +419,12 @@ def root_error(matrices: PlainMatrices, value: complex) -> RootError:
     for _ in range(_STEPS):
         left = solve(factors[0], factors[1], left / norm(left), trans=2)[0]
     x, y = scale * right / norm(right), scale * left / norm(left)
-    slope = abs(y.conj() @ (2.0 * value * (matrices.mass @ x) + matrices.velocity @ x))
-    if slope == 0.0:
+    change = 2.0 * value * matrices.mass + matrices.velocity if slope is None else slope
+    rate = abs(y.conj() @ change @ x)
+    if rate == 0.0:
         return RootError(np.inf, np.inf)
-    distance = abs(y.conj() @ (dynamic @ x)) / slope
-    rounding = _EPS * float(np.abs(y) @ size @ np.abs(x)) / slope
+    distance = abs(y.conj() @ (dynamic @ x)) / rate
+    rounding = _EPS * float(np.abs(y) @ size @ np.abs(x)) / rate
     return RootError(float(distance), float(rounding))
 
 

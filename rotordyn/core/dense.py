@@ -568,14 +568,17 @@ def _solved(
     values = np.where(real, roots.values.real, roots.values)
     turning = values.imag != 0
     for at in np.flatnonzero(turning & (np.abs(values) < _SLOW * shift)):
-        values[at], right[:, at] = _iterated(complex(values[at]), right[:, at], problem)
+        values[at], right[:, at] = iterated(complex(values[at]), right[:, at], problem)
     return Eigenvalues(values, right)
 
 
-def _iterated(
+def iterated(
     value: complex, shape: ComplexArray, problem: tuple[Matrix, Matrix, Matrix]
 ) -> tuple[complex, ComplexArray]:
-    """Return a root and its vector by inverse iteration: zeros near it spoil its left vector."""
+    """Return a root and its vector by inverse iteration, which needs no left vector.
+
+    Zeros near a root spoil that. `problem`: M, V and K, each (n, n).
+    """
     mass, velocity, stiffness = problem
     for _ in range(_ITERATIONS):
         dynamic = stiffness + value * velocity + value**2 * mass
@@ -616,11 +619,13 @@ def _real_shift(scaled: Scaled, full: Matrix, damping: Matrix) -> tuple[float, f
     """Return s ≥ 0 with a positive definite Q(s), and a low frequency of the system."""
     if scaled.is_definite:
         return 0.0, 1.0
-    if scaled.negative_count == 0:
-        reference = _lowest_frequency(scaled, 0.5 * (damping - damping.conj().T))
+    least = 0.0
+    if scaled.negative_count:  # which may be rounding: over the mass it need not be negative
+        least = float(la.eigh(scaled.stiffness, scaled.mass, eigvals_only=True)[0])
+    if least < 0.0:
+        reference = 2.0 * float(np.sqrt(-least))
     else:
-        values = la.eigh(scaled.stiffness, scaled.mass, eigvals_only=True)
-        reference = 2.0 * float(np.sqrt(-values[0]))
+        reference = _lowest_frequency(scaled, 0.5 * (damping - damping.conj().T))
     return _definite_shift(full, damping, scaled.mass, reference), reference
 
 

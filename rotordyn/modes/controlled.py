@@ -20,6 +20,7 @@ from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.dense import (
     Spectrum,
     apart_from_zeros,
+    iterated,
     reciprocal,
     scale_by_stiffness,
 )
@@ -28,6 +29,8 @@ from solidwhirl.rotordyn.core.ledger import solved
 # A system of this condition has motions that nothing holds; others are found beside this part of
 # the softest.
 _SINGULAR, _SLOW = 1e13, 1e-3
+# Roots with less turning than this part of them are real.
+_TURNING = 1e-7
 
 
 class Loop(NamedTuple):
@@ -88,6 +91,13 @@ def controlled_motions(parts: Controlled, speed_rad_s: float) -> Spectrum:
     solved("eigenproblems")
     reciprocals, vectors = la.eig(inverse, check_finite=False)
     values = shift + reciprocal(reciprocals)
+    # the inverse errs by the rounding of the slowest motion, the problem at a root by its own
+    outer = np.append(scale, np.ones(states))
+    problem = tuple(outer[:, None] * m * outer / rows / columns.T for m in _quadratic(found))
+    shapes = columns * np.delete(vectors, slice(n, 2 * n), axis=0)
+    for at in np.flatnonzero(values.imag > _TURNING * np.abs(values)):
+        values[at], shapes[:, at] = iterated(complex(values[at]), shapes[:, at], problem)
+    vectors[:n] = shapes[:n] / columns[:n]
     return apart_from_zeros(values, scale[:, None] * vectors[:n], 1e-3 * shift)
 
 
@@ -117,6 +127,16 @@ def _matrices(parts: Controlled, speed_rad_s: float) -> _Matrices:
     size = sum(len(own) for own in states)
     joined = la.block_diag(*states) if size else np.zeros((0, 0))
     return _Matrices(mass, velocity, stiffness, np.hstack(force), joined, np.vstack(seen))
+
+
+def _quadratic(found: _Matrices) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return M, V and K of (q, x), of which the states have no mass."""
+    none = np.zeros_like(found.states)
+    return (
+        la.block_diag(found.mass, none),
+        la.block_diag(found.velocity, np.eye(len(none))),
+        np.block([[found.stiffness, found.force], [-found.seen, -found.states]]),
+    )
 
 
 def _slow(found: _Matrices, scale: FloatArray, rate: float) -> FloatArray:

@@ -16,8 +16,9 @@ from solidwhirl.rotordyn.core.ledger import solved
 # Iterations at most, the relative change of the eigenvalues at which they are at rest, and what
 # part of a block may leave its subspace.
 _STEPS, _AT_REST, _CLOSED = 20, 1e-12, 1e-11
-# The shift lies beside the number given by this fraction, as D may be singular there.
-_BESIDE = 1e-7
+# The shift lies beside the number given by the first of these fractions at which D is regular: no
+# pivot is rounding of the largest.
+_BESIDE, _PIVOT = (1e-7, 1e-5, 1e-3, 1e-2), 64 * np.finfo(float).eps
 # Iterations for left vectors, and the largest relative step of a value that they sharpen.
 _LEFT_STEPS, _SMALL = 3, 1e-6
 
@@ -81,10 +82,10 @@ def _nearest_modes(
     mass = size**2 * (around * matrices.mass)
     velocity = size * (around * (matrices.damping + matrices.gyroscopic))
     stiffness = around * matrices.stiffness
-    at = rate / size * (1.0 + _BESIDE)
-    slope = velocity + at * mass
-    solved("factorisations")
-    factors = la.lu_factor(stiffness + at * slope, check_finite=False)
+    regular = _factored(rate / size, (mass, velocity, stiffness))
+    if regular is None:
+        return None
+    at, slope, factors = regular
     here = shapes / balance[:, None]
     states = np.vstack((here, at * here))
     before = np.full(shapes.shape[1], np.inf, dtype=complex)
@@ -104,6 +105,26 @@ def _nearest_modes(
             values = _sharpened(values, right, (mass, velocity, stiffness), factors)
             return size * values, balance[:, None] * right
         before = values
+    return None
+
+
+def _factored(
+    rate: complex, problem: tuple[FloatArray, ...]
+) -> tuple[complex, ComplexArray, LuFactors] | None:
+    """Return a shift beside a rate, V + s M and the factors of D there; None if it is singular.
+
+    A root far below others is a small difference of large terms: as near as usual all of it may be
+    their rounding.
+    """
+    mass, velocity, stiffness = problem
+    for beside in _BESIDE:
+        at = rate * (1.0 + beside)
+        slope = velocity + at * mass
+        solved("factorisations")
+        upper, swaps, _ = la.lapack.zgetrf(stiffness + at * slope)
+        pivots = np.abs(np.diag(upper))
+        if pivots.min() > _PIVOT * pivots.max():
+            return at, slope, (upper, swaps)
     return None
 
 

@@ -33,6 +33,8 @@ _PEAKS = 2
 _BEYOND = 8
 # Places at which paths are read.
 _PARTS = np.linspace(0.0, 1.0, 17)
+# A part that is larger than this is no nearer to a meeting than the stretch that it was cut from.
+_AS_LARGE = 0.9
 # Share of the mismatch of straight lines that cubics may err by before a middle has been seen,
 _UNSEEN = 0.5
 # and afterwards, beside what the middle has shown.
@@ -162,8 +164,14 @@ class Search(Generic[S]):
                 pieces += self._looked(self.stretch(low, high), None)
         return [piece for piece in _joined(pieces) if piece.grows]
 
-    def _looked(self, stretch: Stretch, seen: ComplexArray | None) -> list[Piece]:
-        """Return the pieces of a stretch; `seen` is the error of each path in its middle."""
+    def _looked(
+        self, stretch: Stretch, seen: ComplexArray | None, *, halved: bool = False
+    ) -> list[Piece]:
+        """Return the pieces of a stretch.
+
+        `seen`: the error of each path in its middle. `halved`: it is cut in the middle, if at all:
+        that a meeting stands beside its end again, as where modes are defective, says nothing.
+        """
         low, high = stretch.first.speed_rad_s, stretch.second.speed_rad_s
         error = _error(stretch, seen)
         grid = stretch.paths(_PARTS)
@@ -188,7 +196,7 @@ class Search(Generic[S]):
             if narrow or _crosses_once(excess[doubtful], error[doubtful]):
                 return self._bracketed(stretch, np.flatnonzero(doubtful))
             place = 0.5
-        return self._cut(stretch, place)
+        return self._cut(stretch, 0.5 if halved else place)
 
     def _cut(self, stretch: Stretch, place: float) -> list[Piece]:
         """Look at both parts of a stretch, with the error that its paths show at the cut."""
@@ -199,7 +207,10 @@ class Search(Generic[S]):
         seen = np.abs(miss.real) + 1j * np.abs(miss.imag)
         after = np.empty_like(seen)
         after[left.partner] = seen
-        return self._looked(left, seen) + self._looked(right, after)
+        return [
+            *self._looked(left, seen, halved=place > _AS_LARGE),
+            *self._looked(right, after, halved=1.0 - place > _AS_LARGE),
+        ]
 
     def _bracketed(self, stretch: Stretch, paths: IntArray) -> list[Piece]:
         """Return the pieces of a stretch with one crossing, or too narrow for more."""

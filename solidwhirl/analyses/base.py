@@ -23,9 +23,11 @@ from solidwhirl.rotordyn.modes.damping import DampingRule
 from solidwhirl.rotordyn.plots.chart import Chart
 
 if TYPE_CHECKING:
+    from solidwhirl.analyses.stability_summary import Stability
     from solidwhirl.rotordyn import AssembledSystem, Campbell
     from solidwhirl.rotordyn.asymmetric import RotatingSystem
     from solidwhirl.rotordyn.run_up.integration import PartRun
+    from solidwhirl.rotordyn.stability.intervals import StabilityChart
 
 Points = Annotated[Count, Field(ge=2, le=20001)]
 Places = Annotated[tuple[Place, ...], Field(min_length=1, max_length=MOST)]
@@ -187,6 +189,10 @@ class Engine:
     #: Makes what cyclic indices of a body are reduced from, by its name
     #: (`solidwhirl.analyses.nodal_diameters.results.CyclicSource`)
     cyclic: Callable[[str], Any]
+    #: Damping over speeds (s,) of the reference shaft, rad/s, of modes up to a frequency, Hz
+    damping: Callable[[FloatArray, float], StabilityChart]
+    #: Where it is unstable up to a speed of the reference shaft, rpm, and damping where it operates
+    stability: Callable[[float], Stability]
     #: Results of this engine, and of the one with its bodies on a level
     #: (`solidwhirl.analyses.kinds.level_comparison.LevelResults`)
     levels: Callable[[str], tuple[Any, Any]]

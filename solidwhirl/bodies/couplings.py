@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from solidwhirl.geometry import Body, GeometryError, Interface
 from solidwhirl.model.at_level import at_level
-from solidwhirl.model.effects import make_plan
+from solidwhirl.model.effects import plan_of
 from solidwhirl.model.plan_records import Plan
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import places_of_joints
@@ -45,7 +45,7 @@ def couplings_compared(scene: Scene, bodies: Mapping[str, Body]) -> Couplings | 
     if not flipped:
         return None
     coarse = at_level(scene, "harmonic", _COARSE)
-    plan = make_plan(coarse, as_is)
+    plan = plan_of(coarse, as_is)
     return Couplings(scene=coarse, plan=plan, as_is=as_is, flipped=flipped)
 
 

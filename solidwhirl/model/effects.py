@@ -40,12 +40,17 @@ def make_plan(scene: Scene, bodies: Mapping[str, Body], level: str | None = None
     """Decide what a scene needs.
 
     `bodies`: its geometry (see `solidwhirl.model.bodies.build_bodies`). `level`: in the place of
-    the scene's "auto" (see `solidwhirl.bodies.fidelity`), of bodies without features.
+    the scene's "auto" (see `solidwhirl.bodies.fidelity`), of bodies without features. Raises
+    AnalysisError: an analysis is for other bodies.
     """
+    _refuse_kinds(scene, list(_asymmetric(bodies, build_mesh_bodies(scene))))
+    return plan_of(scene, bodies, level)
+
+
+def plan_of(scene: Scene, bodies: Mapping[str, Body], level: str | None = None) -> Plan:
+    """Decide the same where nobody runs the analyses, which may be for other bodies than these."""
     mesh_bodies = build_mesh_bodies(scene)
-    every: dict[str, AnyBody] = {**bodies, **mesh_bodies}
-    asymmetric = {name: body for name, body in every.items() if is_asymmetric(body)}
-    _refuse_kinds(scene, list(asymmetric))
+    asymmetric = _asymmetric(bodies, mesh_bodies)
     speeds = scene_speeds(scene)
     fastest = top_speed(scene)
     top = {name: abs(ratio) * fastest for name, ratio in scene.speed_ratios().items()}
@@ -61,7 +66,7 @@ def make_plan(scene: Scene, bodies: Mapping[str, Body], level: str | None = None
         *_static_loads(scene),
         *_joints(bodies, level or scene.model.level),
         _asymmetry(list(asymmetric)),
-        *_estimates(scene, meshed=bool(scene.finite_element_bodies())),
+        *_estimates(scene, list(asymmetric), meshed=bool(scene.finite_element_bodies())),
         _recovery(scene),
         *_never(scene),
     )
@@ -89,6 +94,11 @@ def make_plan(scene: Scene, bodies: Mapping[str, Body], level: str | None = None
         analyses=tuple((a.label, a.kind) for a in scene.analyses),
         speeds_beyond=speeds_beyond(scene),
     )
+
+
+def _asymmetric(*bodies: Mapping[str, AnyBody]) -> dict[str, AnyBody]:
+    """Bodies that bend unlike in two planes."""
+    return {name: body for own in bodies for name, body in own.items() if is_asymmetric(body)}
 
 
 def _rotation_effects(scene: Scene, *, turning: bool, solid: bool) -> tuple[Effect, ...]:
@@ -242,7 +252,7 @@ def _damped_joints(scene: Scene) -> list[str]:
     return found
 
 
-def _estimates(scene: Scene, *, meshed: bool) -> tuple[Effect, ...]:
+def _estimates(scene: Scene, asymmetric: list[str], *, meshed: bool) -> tuple[Effect, ...]:
     """Error estimates, the comparison of couplings shown beside them, and the checks."""
     asked = scene.model.estimates == "on"
     why = "every number gets an error" if asked else "the scene says off"
@@ -263,7 +273,10 @@ def _estimates(scene: Scene, *, meshed: bool) -> tuple[Effect, ...]:
     )
     wanted = asked and bool(scene.bodies) and scene.model.compare_coupling == "on"
     joined = bool(places_of_joints(scene))
-    if wanted:
+    if wanted and asymmetric:
+        named = ", ".join(asymmetric)
+        why = f"compared where all bodies bend alike in all directions, which {named} do not"
+    elif wanted:
         why = "joints act on interfaces" if joined else "no joint acts on an interface"
     elif scene.model.compare_coupling == "off":
         why = "the scene says off"
@@ -271,7 +284,7 @@ def _estimates(scene: Scene, *, meshed: bool) -> tuple[Effect, ...]:
         why = "no meshed body has a profile"
     coupling = Effect(
         name="coupling_comparison",
-        on=wanted and joined,
+        on=wanted and joined and not asymmetric,
         why=why,
         cost="2 coarse reductions per body, rigid and distributing interfaces exchanged",
     )

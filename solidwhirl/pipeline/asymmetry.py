@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from solidwhirl.analyses.asymmetric import resonance_document
-from solidwhirl.analyses.base import Operating, decrements
-from solidwhirl.analyses.stability_summary import Stability, covering
+from solidwhirl.analyses.base import Operating
+from solidwhirl.analyses.stability_summary import Stability, covering, whirl_document
 from solidwhirl.estimates.results import Estimates, free_errors, unestimated
 from solidwhirl.rotordyn import AssembledSystem, Campbell, CriticalSpeed, Modes, Superelement
 from solidwhirl.rotordyn.asymmetric import (
@@ -20,19 +20,21 @@ from solidwhirl.rotordyn.asymmetric import (
     unstable_ranges,
 )
 from solidwhirl.rotordyn.asymmetric.diagram import RotatingDiagram, as_campbell, rotating_diagram
+from solidwhirl.rotordyn.asymmetric.parametric.instability import growth_over_speed
 from solidwhirl.rotordyn.asymmetric.resonances import (
     Resonance,
     critical_speeds,
     gravity_critical_speeds,
 )
 from solidwhirl.rotordyn.asymmetric.response import held_where_free
-from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
 from solidwhirl.rotordyn.estimates.campbell_errors import CampbellErrors
 from solidwhirl.rotordyn.estimates.critical_speed_errors import CriticalSpeedErrors
 from solidwhirl.rotordyn.estimates.eigenvalue_errors import error_scale, frequency_errors
 from solidwhirl.rotordyn.modes.damping import DampingRule
-from solidwhirl.rotordyn.stability.intervals import UnstableInterval
+from solidwhirl.rotordyn.stability.intervals import StabilityChart, UnstableInterval
+from solidwhirl.rotordyn.stability.whirl_decrements import FirstMode
 from solidwhirl.rotordyn.superelement.invariants import Invariant, compared
 
 # Part of the highest speed from which on unstable ranges are searched: the slower the turn, the
@@ -44,6 +46,10 @@ _SLOWEST = 0.05
 _SAME_GROWTH, _NO_GROWTH = 1e-2, 1e-3
 # Damping ratio of a resonance below which it is rounding of a root without damping.
 _UNDAMPED = 1e-9
+# A range that ends this near to the highest speed ends there.
+_WHOLE = 1.0 - 1e-9
+# Circles that differ by less than this part of their sum make a line.
+_ROUND = 1e-2
 # Logarithmic decrement of a motion that hardly swings, ζ = 0.71.
 _CREEPS = 6.3
 
@@ -219,7 +225,7 @@ def stability_in_ranges(
     operating: Sequence[Operating],
     branch_count: int,
 ) -> Stability:
-    """Return the stability of an engine from its unstable ranges."""
+    """Return the stability of an engine up to a speed from its unstable ranges."""
     ratio = abs(found.frame_ratio)
     intervals = tuple(
         UnstableInterval(
@@ -236,7 +242,7 @@ def stability_in_ranges(
             whirl="",
             shape=np.zeros(0, dtype=complex),
         )
-        for one in found.ranges
+        for one in unstable_up_to(found, rotating, high_rpm)
     )
     ends = [(o, rpm) for o in operating for rpm in dict.fromkeys((o.from_rpm, o.to_rpm))]
     return Stability(
@@ -245,6 +251,69 @@ def stability_in_ranges(
         intervals=intervals,
         at_operating=tuple(_at(rotating, o, rpm, intervals, branch_count) for o, rpm in ends),
     )
+
+
+def unstable_up_to(
+    found: Asymmetry, rotating: RotatingSystem, high_rpm: float
+) -> tuple[UnstableRange, ...]:
+    """Return the unstable ranges up to a speed of the reference shaft, of those up to a higher one.
+
+    Searched again where that speed parts one.
+    """
+    top = abs(found.frame_ratio) * high_rpm * RAD_S_PER_RPM
+    if any(one.low_rad_s < top * _WHOLE < one.high_rad_s for one in found.ranges):
+        return unstable_ranges(held_where_free(rotating, max(top, 1.0)), _SLOWEST * top, top)
+    return tuple(one for one in found.ranges if one.low_rad_s < top)
+
+
+def damping_in_frame(
+    rotating: RotatingSystem, speeds_rad_s: FloatArray, highest_hz: float, branch_count: int
+) -> StabilityChart:
+    """Return the damping of branches by their strongest line in fixed axes, and growth of all.
+
+    `speeds_rad_s`: of the reference shaft, rising, (s,); `highest_hz`: of lines that are looked at
+    for the least damping. At rest a motion whirls neither way.
+    """
+    speeds = abs(rotating.frame_ratio) * speeds_rad_s
+    driven = held_where_free(rotating, max(float(speeds.max()), 1.0))
+    growth, growing = growth_over_speed(driven, speeds)
+    found = rotating_diagram(rotating, speeds, branch_count)
+    pick = found.strongest()[:, None, :]
+    hertz, forward, backward = (
+        np.take_along_axis(lines, pick, axis=1)[:, 0]
+        for lines in (found.line_rad_s / (2.0 * np.pi), found.forward, found.backward)
+    )
+    lateral = ((found.forward + found.backward).sum(axis=1) > 0.5) & (hertz > 0.0)
+    decrement = np.divide(-found.eigenvalues.real, hertz, where=hertz > 0, out=np.zeros_like(hertz))
+    decrement[np.abs(decrement) <= 2.0 * np.pi * _UNDAMPED] = 0.0
+    ahead, turns = forward - backward, lateral & (decrement < _CREEPS)
+    least = _least(np.where(lateral & (hertz <= highest_hz), decrement, np.nan))
+    first = [
+        FirstMode(log_decrement=_taken(decrement, at), frequency_hz=_taken(hertz, at))
+        for sense in (ahead, -ahead)
+        for at in [_least(np.where(turns & (sense > _ROUND * (forward + backward)), hertz, np.nan))]
+    ]
+    return StabilityChart(
+        speeds_rad_s=speeds_rad_s,
+        log_decrement=_taken(decrement, least),
+        frequency_hz=_taken(hertz, least),
+        growth_rate_1_s=growth,
+        unstable_count=growing,
+        first_forward=first[0],
+        first_backward=first[1],
+    )
+
+
+def _least(values: FloatArray) -> IntArray:
+    """Row of the least number of each column, −1 where there is none."""
+    known = np.isfinite(values)
+    rows = np.where(known, values, np.inf).argmin(axis=0)
+    return np.where(known.any(axis=0), rows, -1)
+
+
+def _taken(values: FloatArray, rows: IntArray) -> FloatArray:
+    """One number of each column, nan of the row −1."""
+    return np.where(rows < 0, np.nan, values[rows, np.arange(rows.size)])
 
 
 def _at(
@@ -256,24 +325,14 @@ def _at(
 ) -> dict[str, Any]:
     """Damping of the first whirl either way at an operating speed."""
     speed = rpm / operating.ratio
-    frame = abs(rotating.frame_ratio) * speed * RAD_S_PER_RPM
-    found = rotating_diagram(rotating, np.array([frame]), branch_count)
-    diagram, _ = as_campbell(found, rotating.frame_ratio)
-    first = {}
-    for whirl in ("forward", "backward"):
-        slow = diagram.log_decrement[:, 0] < _CREEPS
-        own = np.flatnonzero((diagram.whirl[:, 0] == whirl) & slow)
-        own = own[np.argsort(diagram.frequency_hz[own, 0])][:1]
-        first[f"first_{whirl}"] = {
-            "log_decrement": (decrements(diagram.log_decrement[own, 0]) or [None])[0],
-            "frequency_hz": float(diagram.frequency_hz[own[0], 0]) if own.size else None,
-        }
+    found = damping_in_frame(rotating, np.array([speed * RAD_S_PER_RPM]), np.inf, branch_count)
+    first = whirl_document(found)
     return {
         "shaft": operating.shaft,
         "shaft_speed_rpm": rpm,
         "speed_rpm": speed,
         "stable": not covering(intervals, speed, speed),
-        **first,
+        **{key: {name: values[0] for name, values in own.items()} for key, own in first.items()},
     }
 
 

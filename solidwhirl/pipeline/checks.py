@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from solidwhirl.analyses.base import spin_of
 from solidwhirl.analyses.unbalances import amplitudes_of, end_of, unbalance_at
 from solidwhirl.core.outcome import Outcome
 from solidwhirl.pipeline.asymmetry import asymmetry_checks
@@ -22,8 +23,6 @@ from solidwhirl.rotordyn.superelement.invariants import Invariant, check_superel
 
 # Speeds of a response that are solved again.
 _MOST = 24
-# A critical speed with less damping than this (decrement) has no height to look at.
-_DAMPED = 1e-6
 
 
 def run_checks(engine: Engine, diagram: Diagram) -> tuple[Invariant, ...]:
@@ -103,10 +102,9 @@ def _responses(
     plain: PlainSystem, document: Mapping[str, Any], critical: Sequence[CriticalSpeed], name: str
 ) -> Iterator[Invariant]:
     speeds = np.array(document["speed_rpm"]) * RAD_S_PER_RPM
-    doubtful = [
-        *plain.knots_rad_s,
-        *(c.speed_rad_s for c in critical if abs(c.log_decrement) > _DAMPED),
-    ]
+    spin = document["spin_rpm"]
+    knots = [] if spin is not None else list(plain.knots_rad_s)
+    damped = [c.speed_rad_s for c in critical if abs(c.log_decrement) > plain_responses.DAMPED]
     unbalances = [
         unbalance_at(u["at"], u["moment_kg_m"], u["phase_deg"]) for u in document["unbalances"]
     ]
@@ -118,9 +116,9 @@ def _responses(
             plain_responses.Curve(end_of(at), amplitudes_of(found))
             for at, found in exciter["places"].items()
         ]
-        chosen = _chosen(speeds, exciter, plain.knots_rad_s)
+        chosen = _chosen(speeds, exciter, knots)
         yield from plain_responses.check_unbalance_response(
-            plain, loads, speeds, curves, chosen, doubtful, name
+            plain, loads, speeds, curves, chosen, [*knots, *damped], name, spin_of(spin)
         )
 
 

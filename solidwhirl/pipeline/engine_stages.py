@@ -33,6 +33,7 @@ from solidwhirl.pipeline.asymmetry import (
     Asymmetry,
     asymmetry_of,
     critical_records,
+    damping_in_frame,
     diagram_in_fixed_axes,
     frame_estimates,
     stability_in_ranges,
@@ -53,7 +54,9 @@ from solidwhirl.rotordyn import (
     modes_at_speed,
 )
 from solidwhirl.rotordyn.asymmetric import RotatingSystem
+from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
+from solidwhirl.rotordyn.stability.intervals import StabilityChart, stability_chart
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import places_of_joints
 from solidwhirl.scene_checks.operating import operating_speeds, running_speeds
@@ -194,8 +197,13 @@ def _rotating_diagram(engine: Engine, rotating: RotatingSystem) -> Diagram:
 
 def stability_of_engine(engine: Engine, asymmetry: Asymmetry | None) -> Stability:
     """Look for instability over the range of speeds of a scene, and at its operating speeds."""
+    return _stability_up_to(engine, asymmetry, range_top_rpm(engine.job.scene))
+
+
+def _stability_up_to(engine: Engine, asymmetry: Asymmetry | None, top: float) -> Stability:
+    """The same up to a speed of the reference shaft, rpm."""
     scene, stage_cache = engine.job.scene, engine.job.stage_cache
-    top, operating = range_top_rpm(scene), analyses.given_speeds(operating_speeds(scene))
+    operating = analyses.given_speeds(operating_speeds(scene))
     if asymmetry is not None and engine.rotating is not None:
         branches = scene.campbell.branches
         return stability_in_ranges(asymmetry, engine.rotating, top, operating, branches)
@@ -205,6 +213,14 @@ def stability_of_engine(engine: Engine, asymmetry: Asymmetry | None) -> Stabilit
         lambda: intervals_up_to(engine.system, top),
     )
     return stability_of(engine.system, top, operating, tuple(intervals))
+
+
+def _damping(engine: Engine, speeds_rad_s: FloatArray, highest_hz: float) -> StabilityChart:
+    """Damping over the speed of the reference shaft, see `analyses.base.Engine`."""
+    if engine.rotating is None:
+        return stability_chart(engine.system, speeds_rad_s, highest_hz)
+    branches = engine.job.scene.campbell.branches
+    return damping_in_frame(engine.rotating, speeds_rad_s, highest_hz, branches)
 
 
 def estimates_of(engine: Engine, diagram: Diagram) -> Estimates | None:
@@ -237,7 +253,7 @@ def estimates_of(engine: Engine, diagram: Diagram) -> Estimates | None:
 
 
 def analyses_of(
-    engine: Engine, diagram: Campbell, estimates: Estimates | None, levels: Levels
+    engine: Engine, diagram: Diagram, estimates: Estimates | None, levels: Levels
 ) -> dict[str, Outcome]:
     """Run the analyses of the scene.
 
@@ -253,7 +269,7 @@ def analyses_of(
     seen_by_analyses = analyses.Engine(
         system=engine.system,
         rotating=engine.rotating,
-        diagram=diagram,
+        diagram=diagram.campbell,
         title=scene.title or scene.name,
         speed_ratios=scene.speed_ratios(),
         operating=operating_speeds(scene),
@@ -265,6 +281,8 @@ def analyses_of(
         with_laws=partial(_with_laws, engine),
         masses_beyond=partial(masses_beyond_kg, scene),
         cyclic=partial(cyclic_source, job, engine.reduced),
+        damping=partial(_damping, engine),
+        stability=partial(_stability_up_to, engine, diagram.asymmetry),
         levels=levels,
     )
     outcomes: dict[str, Outcome] = {}

@@ -15,6 +15,7 @@ from solidwhirl.beams.scene_bodies import BeamBodies, beam_bodies
 from solidwhirl.bodies.reduction import BodyResult, Clock
 from solidwhirl.bodies.refinement import Round
 from solidwhirl.cache.files import StageStore
+from solidwhirl.core.check_report import failed, failure_lines
 from solidwhirl.core.stages import Progress, silent
 from solidwhirl.core.warnings import Doubt
 from solidwhirl.cost.forecast import Forecast, forecast, refuse_too_large
@@ -41,7 +42,15 @@ from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.speeds_asked import top_speed
 from solidwhirl.scene_reading.weight import refuse_unsupported
 
-__all__ = ["ExcitedCriticalSpeed", "Reduced", "ReducedBodies", "Results", "reduced", "run_scene"]
+__all__ = [
+    "ExcitedCriticalSpeed",
+    "Reduced",
+    "ReducedBodies",
+    "Results",
+    "reduced",
+    "run_for_page",
+    "run_scene",
+]
 
 
 def run_scene(
@@ -83,6 +92,21 @@ def run_scene(
         forecast=found.forecast,
     )
     return _analysed(engine, results)
+
+
+def run_for_page(
+    scene: Scene, *, progress: Progress = silent, store: StageStore | None = None
+) -> Results:
+    """Run a scene in this process for a page that is to be published.
+
+    Arguments and errors as of `run_scene`. Raises RuntimeError: a check of the run failed, so that
+    its numbers can't be trusted.
+    """
+    results = run_scene(scene, progress=progress, store=store)
+    assert results is not None  # one process alone
+    if failed(results.checks):
+        raise RuntimeError("\n".join((f"scene {scene.name!r}", *failure_lines(results.checks))))
+    return results
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -180,7 +204,7 @@ def _analysed(engine: stages.Engine, results: Callable[..., Results]) -> Results
     with job.clock.stage("stability"):
         stability = stages.stability_of_engine(engine, diagram.asymmetry)
     levels = partial(_levels, engine, diagram, estimates)
-    outcomes = stages.analyses_of(engine, diagram.campbell, estimates, levels)
+    outcomes = stages.analyses_of(engine, diagram, estimates, levels)
     critical = [excited.critical for excited in diagram.critical_speeds]
     with job.clock.stage("checks of the analyses"):
         if engine.rotating is None:

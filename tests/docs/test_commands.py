@@ -15,6 +15,8 @@ from pages import FOLLOWED, ROOT, blocks
 from typer.testing import CliRunner
 
 from solidwhirl.cli import app
+from solidwhirl.pipeline.run import run_for_page
+from solidwhirl.scene_reading.reader import read_scene
 
 # Of the lines that a run prints: what differs from machine to machine.
 VARYING = (
@@ -110,6 +112,33 @@ def test_cheap_commands_of_a_page(page, tmp_path):
 @pytest.mark.parametrize("page", FOLLOWED)
 def test_all_commands_of_a_page(page, tmp_path):
     assert follow(page, tmp_path, {"test", "test: verify"}) > 0
+
+
+def scene_files(page):
+    """Files that the TOML blocks of a page are written to, in their order."""
+    named = [re.match(r"# (\S+\.toml)\n", text) for _, kind, text in blocks(page) if kind == "toml"]
+    return [told[1] for told in named if told]
+
+
+# Solids take a quarter of a minute, the machine of all analyses some minutes.
+LONG = ("keyed.toml", "machine.toml")
+
+
+@pytest.mark.solver
+@pytest.mark.parametrize(
+    "file",
+    [
+        pytest.param(file, marks=[pytest.mark.verify] if file in LONG else [])
+        for file in scene_files("docs/howto.md")
+    ],
+)
+def test_scenes_of_the_how_tos_run_as_written(file, tmp_path):
+    """All blocks of a scene together, with the options that it has by default."""
+    for _, language, text in blocks("docs/howto.md"):
+        if language == "toml":
+            write_file(text, tmp_path)
+    results = run_for_page(read_scene(tmp_path / file))
+    assert list(results.analyses) == [spec.label for spec in results.scene.analyses]
 
 
 @pytest.mark.verify

@@ -17,8 +17,10 @@ import h5py
 import pytest
 from pages import FENCE, PAGES, ROOT, blocks, name_of
 
+from solidwhirl.cost.forecast import forecast
 from solidwhirl.model.bodies import build_bodies
 from solidwhirl.model.effects import make_plan
+from solidwhirl.model.mesh_bodies import build_mesh_bodies
 from solidwhirl.rotordyn import beam_superelement, write_superelement
 from solidwhirl.scene_reading.reader import parse_scene
 
@@ -192,9 +194,12 @@ def anchors(page):
 
 @pytest.mark.parametrize("page", [p for p in PAGES if blocks_of(p, "toml")], ids=name_of)
 def test_toml_blocks_are_scenes(page):
+    """Each is planned, with all that a run forecasts before its long work."""
     for text in scene_texts(page):
         scene = parse_scene(tomllib.loads(text), name_of(page))
-        make_plan(scene, build_bodies(scene))
+        bodies = build_bodies(scene)
+        plan = make_plan(scene, bodies)
+        assert forecast(scene, plan, {**bodies, **build_mesh_bodies(scene)}).seconds > 0.0
 
 
 def test_superelement_page_names_every_part_of_a_file(tmp_path):

@@ -86,15 +86,15 @@ def small_scene():
 
 @pytest.fixture(scope="session")
 def computed(scene_data):
-    """Function: results of a file in scenes/, each computed once."""
-    from solidwhirl.pipeline.run import run_scene
+    """Function: results of a file in scenes/, each computed once; all its checks pass."""
+    from solidwhirl.pipeline.run import run_for_page
     from solidwhirl.scene_reading.reader import parse_scene
 
     found = {}
 
     def run(name):
         if name not in found:
-            found[name] = run_scene(parse_scene(scene_data(name), folder=ROOT / "scenes"))
+            found[name] = run_for_page(parse_scene(scene_data(name), folder=ROOT / "scenes"))
         return found[name]
 
     return run

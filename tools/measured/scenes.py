@@ -11,7 +11,7 @@ from measured.readings import READINGS
 
 from solidwhirl.cache.files import StageStore
 from solidwhirl.core.stages import silent
-from solidwhirl.pipeline.run import Results, run_scene
+from solidwhirl.pipeline.run import Results, run_for_page
 from solidwhirl.scene_reading.paths import place_steps, with_entries
 from solidwhirl.scene_reading.reader import load_toml, parse_scene
 
@@ -47,6 +47,4 @@ def scene_of(case: Mapping[str, Any], *readings: Mapping[str, Any]) -> dict[str,
 
 def run_of(data: Mapping[str, Any]) -> Results:
     """Run a scene."""
-    results = run_scene(parse_scene(data, folder=SCENES), progress=silent, store=STORE)
-    assert results is not None  # one process alone
-    return results
+    return run_for_page(parse_scene(data, folder=SCENES), progress=silent, store=STORE)

@@ -32,7 +32,7 @@ from solidwhirl.core.stages import silent  # noqa: E402
 from solidwhirl.geometry import mass_properties  # noqa: E402
 from solidwhirl.geometry.mass_properties import feature_mass_properties  # noqa: E402
 from solidwhirl.model.bodies import build_bodies  # noqa: E402
-from solidwhirl.pipeline.run import Results, run_scene  # noqa: E402
+from solidwhirl.pipeline.run import Results, run_for_page  # noqa: E402
 from solidwhirl.rotordyn import Modes, modes_at_speed  # noqa: E402
 from solidwhirl.rotordyn.campbell.branch_numbers import modal_assurance  # noqa: E402
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S  # noqa: E402
@@ -302,8 +302,7 @@ def compute() -> None:
     """Run the engines; write numbers and picture."""
     results, engines = dict[str, Results](), dict[str, Any]()
     for name, scene in ENGINES.items():
-        found = run_scene(parse_scene(scene()), progress=silent, store=STORE)
-        assert found is not None
+        found = run_for_page(parse_scene(scene()), progress=silent, store=STORE)
         results[name] = found
         engines[name] = {
             "coordinates": found.system.size,

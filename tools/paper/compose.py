@@ -46,7 +46,6 @@ REFERENCES
 
 [model]
 accuracy = 1e-2
-compare_coupling = "off"
 modes = 5
 
 [speeds]

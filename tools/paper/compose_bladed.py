@@ -97,7 +97,6 @@ accuracy = 0.02
 size_m = 0.1
 corner_size_m = 0.004
 growth = 0.8
-compare_coupling = "off"
 rounds = 1  # a second costs more than the first, for modes that blades have above the others
 
 [speeds]

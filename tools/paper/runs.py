@@ -15,7 +15,7 @@ from solidwhirl.cache.files import StageStore
 from solidwhirl.core.blocks import numbers
 from solidwhirl.core.versions import package_versions
 from solidwhirl.output.documents import write_results
-from solidwhirl.pipeline.run import run_scene
+from solidwhirl.pipeline.run import run_for_page
 from solidwhirl.reduced_scene import ReducedScene
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.plots.chart import Chart
@@ -49,11 +49,12 @@ class Run:
             self.document: dict[str, Any] = json.loads(known.read_text(encoding="utf-8"))
             same_scene = self.document["scene"]["sha256"] == scene_hash(scene)
             same_packages = self.document["packages"] == package_versions()
-            if same_scene and same_packages and known.stat().st_mtime > _last_change():
+            passed = not self.document["accuracy"]["failed_checks"]
+            is_new = known.stat().st_mtime > _last_change()
+            if same_scene and same_packages and passed and is_new:
                 print(f"{name}: as computed before", file=sys.stderr)
                 return
-        results = run_scene(scene, progress=_told, store=STORE)
-        assert results is not None
+        results = run_for_page(scene, progress=_told, store=STORE)
         write_results(results, self.folder)
         self.document = json.loads(known.read_text(encoding="utf-8"))
 

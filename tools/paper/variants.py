@@ -19,7 +19,7 @@ from solidwhirl.geometry import MATERIALS, Material
 from solidwhirl.identify.model import InfeasibleError, Model, lean_scene, model_scene
 from solidwhirl.identify.problem import Problem, TargetSpec, is_mass_target, read_problem
 from solidwhirl.pipeline.cached_stages import StageCache
-from solidwhirl.pipeline.run import Results, run_scene
+from solidwhirl.pipeline.run import Results, run_for_page
 from solidwhirl.rotordyn import modes_at_speed
 
 Change = Callable[[dict[str, Any], str], dict[str, Any]]
@@ -171,9 +171,7 @@ def _computed(
     problem: Problem, data: dict[str, Any], speeds_rpm: list[float], accuracy: float
 ) -> Results:
     """Results of a scene of a problem at some speeds, as its search computes them."""
-    results = run_scene(model_scene(problem, data, accuracy, speeds_rpm))
-    assert results is not None  # one process alone
-    return results
+    return run_for_page(model_scene(problem, data, accuracy, speeds_rpm))
 
 
 # -- numbers of modes ------------------------------------------------------------------------------

@@ -30,7 +30,9 @@ from solidwhirl.rotordyn.asymmetric.parametric.meetings import (
     with_itself,
 )
 from solidwhirl.rotordyn.asymmetric.periodic import PeriodicSystem, Term
+from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
+from solidwhirl.rotordyn.modes.damping import NEUTRAL
 from solidwhirl.rotordyn.stability.unstable_windows import Piece, Search
 
 # Harmonics of Hill's method to begin with.
@@ -145,13 +147,41 @@ def _searched(system: PeriodicSystem, low: float, high: float, width: float) -> 
     With the stride g, ω_j + ω_k = m gΩ of m = 1 has no motion above gΩ, of m = 2 none above 2gΩ.
     Among few coordinates all are taken in.
     """
+    return _Found(system, _motions(system, low, high), (low, high), width)
+
+
+def _motions(system: PeriodicSystem, low: float, high: float) -> ConstantMotions | PeriodicMotions:
+    """Motions of a system between two speeds."""
     if not system.stride:
-        return _Found(system, ConstantMotions(system, low, high), (low, high), width)
+        return ConstantMotions(system, low, high)
     fastest = fastest_rate(system, high)
     if system.size <= _FEW:
         fastest = max(fastest, highest_rate(system))
-    motions = PeriodicMotions(system, search_basis(system, fastest, high), fastest)
-    return _Found(system, motions, (low, high), width)
+    return PeriodicMotions(system, search_basis(system, fastest, high), fastest)
+
+
+def growth_over_speed(
+    system: PeriodicSystem, speeds_rad_s: FloatArray
+) -> tuple[FloatArray, IntArray]:
+    """Return the largest Re λ of all motions at speeds from 0 on, 1/s, and how many grow; (s,).
+
+    An oscillation counts once.
+    """
+    high = float(np.max(speeds_rad_s)) or 1.0
+    turning, growth, count = _motions(system, 0.5 * high, high), [], []
+    for speed in np.asarray(speeds_rad_s, dtype=float).tolist():
+        still = speed == 0.0 and system.stride
+        own = ConstantMotions(system.at_angle_zero(), 0.5 * high, high) if still else turning
+        found = own.solve(speed)
+        growing = found.values[found.excess > 0.0]
+        # one that meets its own conjugate, up to whole strides, has no other
+        alone = [
+            abs(beyond_strides(2.0 * v, found.stride * speed)) <= _STILL * max(abs(v), speed)
+            for v in growing.imag.tolist()
+        ]
+        growth.append(float(found.own.real.max(initial=-np.inf)))
+        count.append(round(float(np.where(alone, 1.0, 0.5).sum())))
+    return np.array(growth), np.array(count, dtype=int)
 
 
 class _Found:
@@ -222,12 +252,17 @@ class _Found:
         )
 
     def _top(self, speed: float) -> complex | None:
-        """Return the eigenvalue that grows most at a speed; None if Hill's method has none."""
+        """Return the eigenvalue that grows most at a speed; None if by Hill's method none does."""
         found = self._search.at(speed)
         start = self._motions.root(found, int(found.excess.argmax()), _FIRST)
         allowed = max(_STAYS * abs(start.value.real), _ROUNDING * speed)
         top = self._hill(start, "growth", (np.inf, allowed))
-        return top.root.value if top is not None and top.root.value.real > 0 else None
+        if top is None:
+            return None
+        value = top.root.value
+        # what the search counts as neutral is neutral in all coordinates too
+        least = NEUTRAL * max(abs(value), self._system.stride * speed)
+        return value if value.real > least else None
 
     def _hill(self, start: Root, sought: Sought, allowed: tuple[float, float]) -> Converged | None:
         return converged_root(self._system, self._motions.basis, start, sought, allowed)

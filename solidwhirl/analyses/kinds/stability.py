@@ -13,8 +13,6 @@ from solidwhirl.analyses.stability_summary import (
     Stability,
     interval_document,
     interval_text,
-    intervals_up_to,
-    stability_of,
     whirl_document,
 )
 from solidwhirl.analyses.work import EngineSize, Work
@@ -26,7 +24,6 @@ from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.plots import chart as charts
 from solidwhirl.rotordyn.plots.campbell import unstable_spans
-from solidwhirl.rotordyn.stability.intervals import stability_chart as damping_of
 
 # Speeds at which it is checked by other means, where bearings follow the speed.
 _CHECKED = 100.0
@@ -36,6 +33,7 @@ class StabilitySpec(base.Sweep):
     """Smallest damping over the speed and where the engine becomes unstable."""
 
     section = base.STABILITY
+    of_bodies = "any"
     sees_operating = True
     axes = dict.fromkeys(
         ("smallest_log_decrement", "frequency_hz", "largest_growth_rate_per_s", "growing_motions"),
@@ -55,9 +53,8 @@ class StabilitySpec(base.Sweep):
         """Damping of the first modes over the speed, and where the engine.system is unstable."""
         speeds = self.speeds_rad_s
         highest = self.frequency_max_hz or _highest_frequency_hz(engine, self)
-        chart = damping_of(engine.system, speeds, highest)
-        intervals = intervals_up_to(engine.system, self.to_rpm)
-        stability = stability_of(engine.system, self.to_rpm, engine.operating, intervals)
+        chart = engine.damping(speeds, highest)
+        stability = engine.stability(self.to_rpm)
         first = stability.intervals[0] if stability.intervals else None
         document: dict[str, Any] = {
             "speed_rpm": (speeds * RPM_PER_RAD_S).tolist(),

@@ -36,6 +36,7 @@ RESPONSE = {
     "gravity_m_per_s2": [0.0, -9.81, 0.0],
     "observe": ["bar.left"],
 }
+STABILITY = {"kind": "stability", "to_rpm": 24000.0, "count": 9}
 
 
 def write_bar(path, copies=1):
@@ -87,7 +88,9 @@ def rpm_of(document, key):
 
 @pytest.fixture(scope="module")
 def undamped(folder):
-    results = run_scene(scene(folder, drag=0.0))
+    # the second ends within the unstable range
+    asked = [STABILITY, STABILITY | {"name": "parted", "to_rpm": 17000.0}]
+    results = run_scene(scene(folder, drag=0.0, analyses=asked))
     assert [c for c in results.checks if c.passed is False] == []
     return results
 
@@ -116,6 +119,54 @@ def test_what_a_run_says_of_an_undamped_bar(undamped):
     assert at_rest == pytest.approx(branches[:2, 0], rel=1e-6)
     tree = datasets(undamped)
     assert tree["critical_speeds"]["frequency_error_estimate"].size == 2
+
+
+def test_stability_of_a_flat_bar(undamped):
+    """Where it grows the lowest motion is that of one mass on a shaft with two stiffnesses.
+
+    (λ² + ω1² − Ω²)(λ² + ω2² − Ω²) + 4 Ω² λ² = 0 in axes of the body; second modes and the tilt of
+    the masses change growth by about 1 %.
+    """
+    (one,) = undamped.asymmetry.ranges
+    low, high = one.low_rad_s, one.high_rad_s
+    whole, parted = (outcome.document for outcome in undamped.analyses.values())
+    (interval,) = whole["unstable_intervals"]
+    assert interval["kind"] == whole["threshold"]["kind"] == "divergence"
+    ends = np.array([interval["from_rpm"], interval["to_rpm"]]) * np.pi / 30.0
+    np.testing.assert_allclose(ends, [low, high], rtol=1e-12)
+    for document in (whole, parted):
+        speeds = np.array(document["speed_rpm"]) * np.pi / 30.0
+        inside = (low < speeds) & (speeds < high)
+        assert document["growing_motions"] == inside.astype(int).tolist()
+        growth = np.array(document["largest_growth_rate_per_s"])
+        assert np.abs(growth[~inside]).max() < 1e-6
+        half, product = 0.5 * (low**2 + high**2) + speeds**2, (low**2 - speeds**2)
+        product *= high**2 - speeds**2
+        wanted = np.sqrt((np.sqrt(half**2 - product) - half)[inside])
+        np.testing.assert_allclose(growth[inside], wanted, rtol=0.02)
+    (cut,) = parted["unstable_intervals"]
+    assert (cut["to_rpm"], cut["closes"]) == (pytest.approx(17000.0), False)
+    assert cut["largest_growth_rate_per_s"] == pytest.approx(
+        parted["largest_growth_rate_per_s"][-1], rel=1e-6
+    )
+    # at rest a motion whirls neither way
+    assert np.isnan(whole["first_forward"]["frequency_hz"][0])
+
+
+def test_damping_of_a_flat_bar(folder):
+    """Light dampers at both ends: decrements are those of energies, in proportion to them."""
+    light, heavy = (
+        run_scene(scene(folder, drag=drag, model=PLAIN, analyses=[STABILITY | {"to_rpm": 9000.0}]))
+        .analyses["stability"]
+        .document
+        for drag in (5.0, 10.0)
+    )
+    least, twice = (np.array(d["smallest_log_decrement"]) for d in (light, heavy))
+    np.testing.assert_allclose(twice, 2.0 * least, rtol=1e-2)
+    assert (least > 0.0).all()
+    assert light["unstable_intervals"] == []
+    assert light["threshold"] is None
+    assert light["growing_motions"] == [0] * 9
 
 
 def test_unstable_ranges_are_searched_as_far_as_a_shaft_operates(folder, undamped):

@@ -17,7 +17,7 @@ from solidwhirl.core.check_report import (
     failed,
     failure_lines,
 )
-from solidwhirl.pipeline.checks import run_checks
+from solidwhirl.pipeline.checks import analysis_result_checks, run_checks
 from solidwhirl.pipeline.run import run_scene
 from solidwhirl.rotordyn.checks.plain_checks import COUNT_SPEEDS, ROOTS
 from solidwhirl.rotordyn.superelement.invariants import Invariant, compared, undecided
@@ -191,6 +191,48 @@ def test_a_shaft_that_an_unbalance_does_not_reach_is_no_missing_peak():
     assert other < 1e-20 * reached
     assert len(exciter["peaks"]["a.m"]) == 1
     assert not bad(results.checks)
+
+
+@pytest.mark.parametrize("away_m", [9.0, 300.0])
+def test_a_small_rotor_far_from_the_origin_passes(small_scene, away_m):
+    """Its places are known to the rounding of the distance, and so are lengths of its beams."""
+    data = small_scene(model={"level": "beam"})
+    body = data["bodies"]["rotor"]
+    for part in (*body["sections"], *body["interfaces"]):
+        for key in part.keys() & {"start_m", "end_m", "at_m"}:
+            part[key] = away_m + 0.25 * part[key]
+    assert not bad(run_scene(parse_scene(data)).checks)
+
+
+@pytest.mark.parametrize("spin_rpm", [0.0, 7000.0])
+def test_a_force_that_turns_alone_is_checked_at_the_spin_of_the_rotor(spin_rpm):
+    """Forces turn through 12 000 rpm on an overhung disk at one spin; softer bearings at speed."""
+    places = {"a": 0.0, "m": 0.2, "b": 0.4, "end": 0.55}
+    wheel = disk("d", mass_kg=8.0, polar=0.09, diametral=0.05, at_m=0.55)
+    law = {"kind": "polynomial", "argument_unit": "rpm", "argument_range": [0, 12000]}
+    law |= {"stiffness_x": [1.0, -4e-5], "stiffness_y": [1.0, -5e-5]}
+    held = {"stiffness_n_per_m": 2e7, "damping_n_s_per_m": 400.0, "speed_law": "soft"}
+    response = {"kind": "unbalance_response", "observe": ["r.end"], "to_rpm": 12000}
+    asked = scene(
+        "apart",
+        speeds_rpm=[0.0, 6000.0, 12000.0],
+        branches=6,
+        beams={"r": beam([*places.values()], 0.02, places, disks=[wheel])},
+        bearings=[bearing("a", "r.a", **held), bearing("b", "r.b", **held)],
+        speed_laws={"soft": law},
+        analyses=[{**response, "speed_rpm": spin_rpm, "unbalances": [unbalance("r.end", 1e-5)]}],
+    )
+    results = run_scene(asked)
+    names = {check.name for check in results.checks}
+    assert {"response is that of the system", "no peak of the response is missing"} <= names
+    assert not bad(results.checks)
+    # what a response of the other kind would be is told apart
+    outcome = results.analyses["unbalance_response"]
+    assert outcome.document["exciters"][0]["peaks"]["r.end"]
+    told = dataclasses.replace(outcome, document={**outcome.document, "spin_rpm": 3000.0})
+    critical = [c.critical for c in results.critical_speeds]
+    wrong = analysis_result_checks(results.system, critical, {"response": told})
+    assert ("response", "response is that of the system") in bad(wrong)
 
 
 @pytest.mark.verify

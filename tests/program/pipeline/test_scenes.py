@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import functools
+import re
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +13,8 @@ import pytest
 from solidwhirl.geometry import mass_properties
 from solidwhirl.model.bodies import build_bodies
 from solidwhirl.model.effects import make_plan
-from solidwhirl.pipeline.run import run_scene
+from solidwhirl.pipeline.run import run_for_page, run_scene
+from solidwhirl.rotordyn.superelement.invariants import compared
 from solidwhirl.scene_reading.reader import parse_scene, read_scene
 
 SCENES = sorted((Path(__file__).resolve().parents[3] / "scenes").glob("*.toml"))
@@ -270,3 +273,28 @@ def test_crank_mesh_turns_in_its_own_axes(scene_data):
     # flywheel's gyroscopic effect raises this further than that
     ratio = critical[0].speed_rad_s / weight[0].speed_rad_s
     assert 2.0 < ratio < 2.4
+
+
+# -- all that the README names --------------------------------------------------------------------
+
+README = (SCENES[0].parents[1] / "README.md").read_text(encoding="utf-8")
+NAMED = sorted(set(re.findall(r"\]\(scenes/([\w/]+)\.toml\)", README)))
+
+
+@pytest.mark.verify
+@pytest.mark.solver
+@pytest.mark.parametrize("name", NAMED)
+def test_scenes_of_the_readme_pass_their_checks(name):
+    """As they are written; those with a sweep once, as its scene is without it."""
+    path = SCENES[0].parent / f"{name}.toml"
+    data = tomllib.loads(path.read_text(encoding="utf-8"))
+    data.pop("sweep", None)
+    assert run_for_page(parse_scene(data, folder=path.parent)).scene.name
+
+
+@pytest.mark.solver
+def test_no_page_is_made_of_a_run_that_fails_a_check(small_scene, monkeypatch):
+    wrong = (compared("a", "one", 1.0, 0.0, "nothing"),)
+    monkeypatch.setattr("solidwhirl.pipeline.run.run_checks", lambda *found: wrong)
+    with pytest.raises(RuntimeError, match=r"scene .small.\ncheck failed: one: a: .*nothing"):
+        run_for_page(parse_scene(small_scene(model={"level": "beam"})))

@@ -238,6 +238,25 @@ def test_closed_loop_modes_and_sensitivity_of_a_system():
         assert one.peak == pytest.approx(other.peak, rel=1e-9)
 
 
+def test_fast_roots_beside_ones_that_creep():
+    """A proportional part that hardly carries the magnets' own pull: roots 1e6 times as slow.
+
+    m s² + ki (P + D s/(1 + s/w)) − ks = 0 is a cubic; its pair is known to the rounding of its
+    coefficients, not to that of the slowest root.
+    """
+    roll_off, own = 2 * np.pi * 3000.0, 150.0
+    bearing = MagneticBearing(
+        current_stiffness_n_per_a=own,
+        negative_stiffness_n_per_m=own * 4999.0,
+        controller=both(ct.pid(5000.0, 0.0, 90.0, roll_off)),
+    )
+    system = with_laws(point_mass(), [loop("m", bearing, "a")])
+    cubic = [1.0 / roll_off, 1.0, own * 90.0 + own / roll_off, own]
+    (fast,) = (root for root in np.roots(cubic) if root.imag > 0)
+    found = modes_at_speed(system, 0.0).eigenvalues
+    np.testing.assert_allclose(found, [fast, fast], rtol=1e-12)
+
+
 def test_response_and_forces_with_sensors_apart():
     bare, loops, speed = beam_rotor(), beam_loops(), 800.0
     system = with_laws(bare, loops)

@@ -8,6 +8,7 @@ from rotors import connect, hub, one_rotor, steel_shaft, table_law
 from scipy.optimize import brentq
 
 from solidwhirl import rotordyn as rd
+from solidwhirl.rotordyn.assembly.system import SpeedMatrices
 from solidwhirl.rotordyn.campbell import continued
 from solidwhirl.rotordyn.modes.nearby import nearby_modes
 from solidwhirl.rotordyn.perturbation import lowest_modes
@@ -31,6 +32,22 @@ def _shaft(seed):
         for end in "ab"
     ]
     return one_rotor(element, bearings)
+
+
+@pytest.mark.parametrize("soft", [1e-2, 1e-4, 1e-6])
+def test_a_shaft_that_a_soft_spring_holds_turns_slowly(soft):
+    """Two inertias on a stiff shaft: D at the root is a small difference of large terms."""
+    inertia, stiff = np.diag([0.4, 0.1]), 1e5
+    spring = stiff * np.array([[1.0, -1.0], [-1.0, 1.0]]) + np.diag([soft, 0.0])
+    none = np.zeros((2, 2))
+    matrices = SpeedMatrices(inertia, none, none, spring)
+    # the shaft is rigid to soft / stiff
+    root = 1j * np.sqrt(soft / 0.5)
+    values, shapes = nearby_modes(matrices, 1.0001 * root, np.array([[1.0 + 0j], [0.98]]))
+    # rounding of the stiff terms over the soft one, halved in the root
+    allowed = 8 * np.finfo(float).eps * stiff / soft + soft / stiff
+    assert abs(values[0] - root) <= allowed * abs(root)
+    assert shapes[1, 0] / shapes[0, 0] == pytest.approx(1.0, abs=1e-6)
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -13,6 +13,7 @@ from rotors import (
     connect,
     eigenvalues_of,
     general,
+    ground,
     hub,
     one_rotor,
     polynomial_law,
@@ -350,6 +351,20 @@ def test_two_undamped_modes_meet_and_part():
     np.testing.assert_allclose([found.low_rad_s, found.high_rad_s], ends, rtol=1e-9)
     # λ² = −b ± i e in the middle
     assert found.growth_1_s == pytest.approx(np.sqrt(-stiffness + 1j * cross).real, rel=1e-6)
+
+
+def test_one_way_coupling_grows_from_rest_on():
+    """k_yx = 0: at rest pairs are defective, and growth begins with the root of the speed."""
+    cross = np.array([[7e7, -3e7], [0.0, 7e7]])
+    held = [connect("rotor.left", "rotor.left", stiffness=cross), ground("rotor", "right", 7e7)]
+    system = one_rotor(three_disk_element(), held)
+    (found,) = unstable_intervals(system, 0.0, 1500.0)
+    # beside a defective root λ0 growth is that of √(Ω g): that it counts needs 1e-8 of |λ|
+    assert 0.0 <= found.low_rad_s < 1e-9
+    slow, fast = (eigenvalues_of(system, v, 1e3).real.max() for v in (1e-2, 1.0))
+    assert fast / slow == pytest.approx(10.0, rel=0.02)
+    largest = eigenvalues_of(system, found.speed_rad_s, 1e3).real.max()
+    assert found.growth_1_s == pytest.approx(largest, rel=1e-6)
 
 
 def test_free_motions_are_no_instability():
