@@ -11,6 +11,7 @@ import numpy as np
 import scipy
 
 from solidwhirl.meshing.errors import MeshingError
+from solidwhirl.meshing.imported.masses import used_nodes
 from solidwhirl.meshing.imported.records import FileMesh
 from solidwhirl.meshing.imported.split import KINDS, as_tetrahedra
 from solidwhirl.meshing.imported.surface import Faces, faces_of
@@ -59,7 +60,22 @@ def one_sector(found: FileMesh, count: int, materials: tuple[str, ...]) -> FileM
     # a sector takes its angle, more with blades that hang over; the whole all
     if angles_taken(middles) > 0.5 * (angle + 2.0 * np.pi):
         found = sector_of_whole(found, tetrahedra, count, tolerance, materials)
+    else:
+        _refuse_masses_on_cuts(found, count, tolerance)
     return _ordered(found, angle, tolerance)
+
+
+def _refuse_masses_on_cuts(found: FileMesh, count: int, tolerance: float) -> None:
+    """Refuse point masses where sectors meet: a file of one does not say whose they are."""
+    nodes = used_nodes(found)
+    onto = partners(found.points, nodes, 2.0 * np.pi / count, tolerance)
+    shared = {*np.flatnonzero(onto >= 0).tolist(), *onto[onto >= 0].tolist()}
+    for mass in found.masses:
+        if mass.node in shared:
+            raise MeshingError(
+                f"sectors = {count}: {mass.label} lies on the cut, where it belongs to two "
+                "sectors; move it into the sector, or give a mesh of the whole"
+            )
 
 
 def _ordered(found: FileMesh, angle: float, tolerance: float) -> FileMesh:
@@ -69,14 +85,16 @@ def _ordered(found: FileMesh, angle: float, tolerance: float) -> FileMesh:
     order = np.lexsort((turns, root))
     rank = np.empty(len(order), dtype=np.int64)
     rank[order] = np.arange(len(order))
-    return FileMesh(
+    return replace(
+        found,
         points=found.points[order],
         blocks=tuple(replace(b, nodes=rank[b.nodes]) for b in found.blocks),
-        element_groups=found.element_groups,
         node_groups={name: rank[own] for name, own in found.node_groups.items()},
         face_groups={
             name: tuple(rank[own] for own in faces) for name, faces in found.face_groups.items()
         },
+        masses=tuple(replace(mass, node=int(rank[mass.node])) for mass in found.masses),
+        couplings=tuple(replace(c, node=int(rank[c.node])) for c in found.couplings),
     )
 
 
