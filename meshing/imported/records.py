@@ -173,6 +173,7 @@ class MeshedBody:
     volume_m3: float
     mass: MassIntegrals | None = None  #: Of the whole body; None before the mesh is made
     roundness: Roundness | None = None  #: None before it is made, or where any shape is allowed
+    remarks: tuple[str, ...] = ()  #: What of its file was left out
 
 
 #: A body from a profile or from a file, and an interface of it.

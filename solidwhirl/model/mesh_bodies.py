@@ -162,7 +162,8 @@ def _body(name: str, request: MeshRequest, disks: tuple[RigidDisk, ...]) -> Mesh
         return _unmeshed(name, request, disks)
     mesh = _mesh(request, name)
     _refuse_same_surfaces(mesh)
-    return body_of_mesh(name, request, mesh, disks)
+    remarks = read_mesh(request.path, request.digest).remarks
+    return replace(body_of_mesh(name, request, mesh, disks), remarks=remarks)
 
 
 def _mesh(request: MeshRequest, name: str) -> Mesh:

@@ -105,6 +105,7 @@ def read_mesh(path: str, digest: str) -> FileMesh:
 
 def _with_parts(name: str, spec: MeshBodySpec, scene_text: str) -> MeshBodySpec:
     """The body with what its file says of reference nodes, unless the scene says it."""
+    from solidwhirl.meshing.imported.groups import as_written
     from solidwhirl.meshing.imported.masses import carried_masses
 
     assert spec.sha256 is not None
@@ -126,7 +127,10 @@ def _with_parts(name: str, spec: MeshBodySpec, scene_text: str) -> MeshBodySpec:
         carried = carried_masses(file, request)
     except MeshingError as error:
         raise MeshingError(f"file: {Path(spec.file).name}: {error}") from error
-    interfaces = {i.group or i.name: i for i in spec.interfaces}
+    names = [coupling.name for coupling in file.couplings]
+    interfaces = {
+        as_written(i.group, names) if i.group else f"{i.name}\n": i for i in spec.interfaces
+    }
     loaded = {id(mass.coupling) for mass in carried}
     for coupling in file.couplings:
         given = interfaces.get(coupling.name)

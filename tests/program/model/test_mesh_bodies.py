@@ -22,7 +22,7 @@ from solidwhirl.meshing import MeshingError, mesh_revolved, write_gmsh
 from solidwhirl.meshing.own.whole import whole_mesh
 from solidwhirl.model.bodies import build_bodies
 from solidwhirl.model.effects import make_plan
-from solidwhirl.model.interface_documents import cut_doubts
+from solidwhirl.model.interface_documents import mesh_doubts
 from solidwhirl.model.mesh_bodies import build_mesh_bodies
 from solidwhirl.model.resolution import choose_resolution
 from solidwhirl.output.documents import results_document
@@ -144,10 +144,10 @@ def test_interfaces_are_told_with_what_their_boxes_cut(folder, read):
     """A box across elements is a doubt with its share; place and area of all are in the results."""
     low = [[-0.2, -0.2, 0.05], [0.2, 0.2, 0.1234]]
     cut = MESHED | {"interfaces": [MESHED["interfaces"][0], {"name": "rear", "box_m": low}]}
-    (doubt,) = cut_doubts(scene(folder, mesh_bodies={"rotor": cut}))
+    (doubt,) = mesh_doubts(scene(folder, mesh_bodies={"rotor": cut}))
     assert doubt.key == "mesh_bodies.rotor.interfaces[1].box_m"
     assert "facets of the mesh; they are left out" in doubt.found
-    assert not list(cut_doubts(scene(folder, mesh_bodies={"rotor": MESHED})))
+    assert not list(mesh_doubts(scene(folder, mesh_bodies={"rotor": MESHED})))
     front, rear = results_document(read)["bodies"]["rotor"]["interfaces"]
     assert front["mean_position_m"] == pytest.approx([0.0, 0.0, 0.0], abs=1e-6)
     assert rear["mean_position_m"] == pytest.approx([0.0, 0.0, 0.3], abs=1e-6)
