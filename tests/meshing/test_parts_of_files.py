@@ -139,7 +139,8 @@ REFERENCE = {
         "*NODE, NSET=REF\n99, .5, .5, 2.75\n"
         "*COUPLING, CONSTRAINT NAME=Hub, REF NODE=REF,\n  SURFACE=roof\n*DISTRIBUTING\n"
         "*ELEMENT, TYPE=MASS, ELSET=M\n50, 99\n*MASS, ELSET=M\n4.,\n"
-        "*ELEMENT, TYPE=ROTARYI, ELSET=R\n51, 99\n*ROTARY INERTIA, ELSET=R\n.2, .2, .3, 0., 0., 0.\n"
+        "*ELEMENT, TYPE=ROTARYI, ELSET=R\n51, 99\n"
+        "*ROTARY INERTIA, ELSET=R\n.2, .2, .3, 0., 0., 0.\n"
     ),
     "a.bdf": bdf(
         "GRID,99,,.5,.5,2.5\nRBE3,7,,99,123456,1.,123,21,22,+\n+,23,24\n"
@@ -276,7 +277,8 @@ def test_sets_that_double_stay_small(tmp_path):
 SYSTEMS = {
     "basic": "CORD2R,3,,0.,0.,0.,0.,0.,1.,+\n+,1.,0.,0.\n",
     "turned": "CORD2R,3,,1.,0.,0.,1.,0.,1.,+\n+,1.,1.,0.\n",
-    "cylinder": "CORD2C,3,4,0.,0.,0.,0.,0.,1.,+\n+,1.,0.,0.\nCORD2R,4,0,1.,0.,0.,1.,0.,1.,+\n+,1.,1.,0.\n",
+    "cylinder": "CORD2C,3,4,0.,0.,0.,0.,0.,1.,+\n+,1.,0.,0.\n"
+    "CORD2R,4,0,1.,0.,0.,1.,0.,1.,+\n+,1.,1.,0.\n",
     "by grids": "GRID,71,,1.,0.,0.\nGRID,72,,1.,0.,1.\nGRID,73,,1.,1.,0.\nCORD1R,3,71,72,73\n",
     "sphere": "CORD2S,3,,1.,0.,0.,1.,0.,1.,+\n+,1.,1.,0.\n",
 }

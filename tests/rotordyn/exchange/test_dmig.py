@@ -171,7 +171,7 @@ def test_damage_is_named(tmp_path, message):
 def test_includes_that_never_end_and_files_that_are_not_there(tmp_path):
     path = tmp_path / "body.bdf"
     path.write_text("INCLUDE 'body.bdf'\n")
-    with pytest.raises(SuperelementError, match="INCLUDE names 'body.bdf' a second time"):
+    with pytest.raises(SuperelementError, match=r"INCLUDE names 'body\.bdf' a second time"):
         read_dmig(path)
     path.write_text("INCLUDE 'other.pch'\n")
     with pytest.raises(SuperelementError, match=r"names 'other\.pch', which does not exist"):
