@@ -185,6 +185,14 @@ def _refuse_touching(
     own = np.unique(faces.nodes[rows[lost]][:, :3])
     gaps = _gaps(points, own, np.unique(faces.nodes[faces.outside][:, :3]), count)
     worst = points[own[gaps.argmax()]]
+    if gaps.max() <= tolerance_m(points, cells):
+        place = cylinder_text(points[faces.nodes[rows[lost][0], :3]].mean(axis=0))
+        raise MeshingError(
+            f"sectors = {count}: the nodes of the cuts match, but {int(lost.sum())} of their faces "
+            "are other triangles on the two sides, with middles of edges that the other side has "
+            f"not, the first about {place}. Mesh the cuts as periodic faces, or with hexahedra or "
+            "wedges, which are cut alike here"
+        )
     raise MeshingError(
         f"sectors = {count}: {int(lost.sum())} faces of the cut have no partner among those of the "
         f"next sector ({len(cut.first)} have one). Turned by {360.0 / count:.6g}° one way or the "

@@ -80,8 +80,8 @@ def join(solids: list[Entity], request: MeshRequest) -> None:
         raise MeshingError(
             f"{shown[a]} and {shown[b]} overlap by {depth:.3g} mm, in {volume:.4g} mm³ about "
             f"({place}) mm, and {said}: whose the common part is, the file does not say. "
-            "Cut it off one of them, so that they touch and are joined; an interference fit is a body of sections with [[bodies.<name>.joints]] and its "
-            "interference_m"
+            "Cut it off one of them, so that they touch and are joined; an interference fit is a "
+            "body of sections, [bodies.<name>], with joints and their interference_m"
         )
 
 
