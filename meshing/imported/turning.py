@@ -119,6 +119,9 @@ def _with_patches(points: FloatArray, faces: Faces, count: int, tolerance: float
         if other is None:
             continue
         members = np.unique(faces.nodes[own])
+        area = turned(_area_vector(points, faces.nodes[own])[None], 2.0 * np.pi / count)[0]
+        if area @ _area_vector(points, faces.nodes[other]) >= 0.0:
+            continue  # a surface that goes on from sector to sector
         if np.array_equal(np.unique(there[members]), np.unique(faces.nodes[other])):
             onto[members] = there[members]
             firsts.append(own)
@@ -136,6 +139,12 @@ def _patches(faces: Faces, rows: IntArray) -> list[IntArray]:
     ).tocsr()
     _, part = scipy.sparse.csgraph.connected_components(graph @ graph.T, directed=False)
     return [rows[part == k] for k in range(int(part.max()) + 1)]
+
+
+def _area_vector(points: FloatArray, nodes: IntArray) -> FloatArray:
+    """Sum of the normals of faces, each as long as its area (3,)."""
+    a, b, c = (points[nodes[:, k]] for k in range(3))
+    return np.asarray(0.5 * np.cross(b - a, c - a).sum(axis=0))
 
 
 def _around(nodes: IntArray) -> frozenset[int]:
