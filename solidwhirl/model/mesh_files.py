@@ -76,7 +76,7 @@ def content_digest(path: Path) -> str:
         included = read_mesh(str(path), own).files[1:]
         each = [own, *(file_digest(file) for file in included)]
     except ForeignError as error:
-        raise MeshingError(f"file: {path} {error}") from error
+        raise MeshingError(f"file: {path}: {error}") from error
     except OSError as error:
         raise MeshingError(f"file: {path} can not be read: {error.strerror or error}") from error
     return own if len(each) == 1 else hashlib.sha256("".join(each).encode()).hexdigest()

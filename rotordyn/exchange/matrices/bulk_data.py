@@ -105,6 +105,8 @@ def _fields(line: str) -> list[str]:
     width, count = (16, 4) if wide else (8, 8)
     if "," in line:
         texts = [text.strip() for text in line.split(",")[1 : count + 1]]
+        if texts and texts[-1] == "+":  # the mark of a continuation, which may come early
+            texts.pop()
         return texts + [""] * (count - len(texts))
     rest = line[8:].ljust(width * count)
     return [rest[width * k : width * (k + 1)].strip() for k in range(count)]
