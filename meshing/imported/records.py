@@ -49,6 +49,7 @@ class FileCoupling:
     label: str  #: As the file calls it, with the line: "RBE2 7 (line 30)"
     coupling: Coupling
     node: int  #: Row of the file's points
+    group: str = ""  #: Another name of what it couples: that of its surface or set in the file
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

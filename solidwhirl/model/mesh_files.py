@@ -127,25 +127,31 @@ def _with_parts(name: str, spec: MeshBodySpec, scene_text: str) -> MeshBodySpec:
         carried = carried_masses(file, request)
     except MeshingError as error:
         raise MeshingError(f"file: {Path(spec.file).name}: {error}") from error
-    names = [coupling.name for coupling in file.couplings]
-    interfaces = {
-        as_written(i.group, names) if i.group else f"{i.name}\n": i for i in spec.interfaces
-    }
-    loaded = {id(mass.coupling) for mass in carried}
+    interfaces = list(spec.interfaces)
+    loaded = {id(mass.coupling): "" for mass in carried}
     for coupling in file.couplings:
-        given = interfaces.get(coupling.name)
-        own = _plain_name(coupling.name)
+        own, names = _plain_name(coupling.name), [coupling.name, coupling.group]
+        at = next(
+            (
+                k
+                for k, i in enumerate(interfaces)
+                if i.group and as_written(i.group, names) in names
+            ),
+            len(interfaces),
+        )
         wanted = coupling.coupling == "rigid" or id(coupling) in loaded
-        if given is not None or wanted or f'"{name}.{own}"' in scene_text:
-            given = given or MeshInterfaceSpec(name=own, group=coupling.name)
-            interfaces[coupling.name] = _at_reference(given, coupling, file, request)
+        if at == len(interfaces):
+            if not wanted and f'"{name}.{own}"' not in scene_text:
+                continue
+            interfaces.append(MeshInterfaceSpec(name=own, group=coupling.name))
+        interfaces[at] = _at_reference(interfaces[at], coupling, file, request)
+        if id(coupling) in loaded:
+            loaded[id(coupling)] = interfaces[at].name
     disks = list(spec.rigid_disks)
     for mass in carried:
-        disk = _disk(mass, interfaces[mass.coupling.name].name)
+        disk = _disk(mass, loaded[id(mass.coupling)])
         disks += [disk] if disk.name not in {d.name for d in disks} else []
-    return spec.model_copy(
-        update={"interfaces": tuple(interfaces.values()), "rigid_disks": tuple(disks)}
-    )
+    return spec.model_copy(update={"interfaces": tuple(interfaces), "rigid_disks": tuple(disks)})
 
 
 def _plain_name(text: str) -> str:

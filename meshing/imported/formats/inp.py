@@ -622,7 +622,7 @@ def _coupling(model: _Model, scope: _Scope, entry: _Entry, after: _Entry) -> Non
             found.append(np.array([n for k in rows for n in model.nodes[k]], dtype=np.int64))
         if not found:
             raise entry.error("has neither NSET= nor ELSET=")
-        nodes, surface, name = np.unique(np.concatenate(found)), "", ""
+        nodes, surface, name = np.unique(np.concatenate(found)), (held or [""])[0], ""
     if reference is None:
         raise entry.error("has no REF NODE=")
     rows = _named(model, scope, entry, reference, of_nodes=True)
@@ -639,6 +639,7 @@ def _coupling(model: _Model, scope: _Scope, entry: _Entry, after: _Entry) -> Non
             label=f"*{entry.keyword} {name} ({entry.line})",
             coupling=kind,
             node=int(rows[0]),
+            group=surface,
         )
     )
 
