@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import ctypes
 import faulthandler
+import json
+import math
 import os
 import resource
 import select
@@ -19,7 +21,7 @@ import time
 import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 #: Bytes that a file may have unless its reader says otherwise.
 MOST_BYTES = 2_000_000_000
@@ -99,6 +101,28 @@ def included(path: Path, name: str, files: Sequence[Path]) -> Path:
 
 def _which(said: str) -> str:
     return "does not exist" if said == _NO_FILE else said
+
+
+def json_data(content: bytes | str) -> Any:
+    """Return what a JSON text says.
+
+    Raises ForeignError: it is none, is nested too deeply, or has a whole number that no double can
+    hold.
+    """
+    try:
+        return json.loads(content, parse_int=_whole)
+    except RecursionError as error:
+        raise ForeignError("is not valid JSON: nested too deeply") from error
+    except ForeignError:
+        raise
+    except ValueError as error:
+        raise ForeignError(f"is not valid JSON: {error}") from error
+
+
+def _whole(text: str) -> int:
+    if not math.isfinite(float(text)):
+        raise ForeignError(f"holds a number of {len(text)} digits, which is too large")
+    return int(text)
 
 
 class Allowance:
