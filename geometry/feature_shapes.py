@@ -119,7 +119,7 @@ def side_view(feature: Feature, section: Section) -> FloatArray:
         return _between(ends, bottom, surface_radius(section, ends))
     x = largest_radius(section) + feature.length_m * np.linspace(0.0, 1.0, _DRAWN)
     chord, thickness, stagger = blade_section(feature, section, x)
-    half = 0.5 * (chord * np.cos(stagger) + thickness * np.abs(np.sin(stagger)))
+    half = 0.5 * (chord * np.abs(np.cos(stagger)) + thickness * np.abs(np.sin(stagger)))
     place = blade_place(feature, section)
     root = np.array([place - half[0], place + half[0]])
     back, front = np.column_stack([place + half, x]), np.column_stack([place - half, x])
@@ -191,8 +191,12 @@ def _blade_angles(
         x = np.sqrt(np.maximum(radius**2 - y**2, 0.0))
         chord, thickness, stagger = blade_section(blade, section, x)
         sine, cosine = np.sin(stagger), np.cos(stagger)
-        sine = np.where(np.abs(sine) < _NO_STAGGER, _NO_STAGGER, sine)
-        flanks = [(dz * sine + side * 0.5 * thickness) / cosine for side in (-1.0, 1.0)]
+        sine, cosine = (
+            np.where(np.abs(part) < _NO_STAGGER, _NO_STAGGER, part) for part in (sine, cosine)
+        )
+        flanks = [
+            (dz * sine + side * np.sign(cosine) * 0.5 * thickness) / cosine for side in (-1.0, 1.0)
+        ]
         edges = [(side * np.sign(sine) * 0.5 * chord - dz * cosine) / sine for side in (-1.0, 1.0)]
         return np.maximum(flanks[0], edges[0]), np.minimum(flanks[1], edges[1])
 

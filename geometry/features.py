@@ -49,7 +49,8 @@ class Blade:
     #: At the root (where the length begins) and at the tip, with linear change between them
     chord_m: tuple[float, float]
     thickness_m: tuple[float, float]
-    #: Angle of the chord to the axis, towards the direction of rotation [°], |stagger| < 90
+    #: Angle of the chord to the axis, towards the direction of rotation [°], |stagger| <= 180;
+    #: 90 lies in the plane of rotation
     stagger_deg: tuple[float, float] = (0.0, 0.0)
     #: Axial place of the radial line [m]; None: the middle of the section
     at_m: float | None = None
@@ -64,10 +65,10 @@ class Blade:
         ):
             _require_positive(where, **{f"chord at the {end}": chord})
             _require_positive(where, **{f"thickness at the {end}": thickness})
-            if not abs(stagger) < 90.0:
+            if not abs(stagger) <= 180.0:
                 raise GeometryError(
-                    f"{where}: stagger at the {end} is {stagger:.9g} deg, must lie between -90 and "
-                    "90 deg (both excluded)"
+                    f"{where}: stagger at the {end} is {stagger:.9g} deg, must lie between -180 "
+                    "and 180 deg; 0 is along the axis, 90 in the plane of rotation"
                 )
         require_finite(where, 0.0 if self.at_m is None else self.at_m)
 

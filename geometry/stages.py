@@ -27,6 +27,9 @@ __all__ = [
     "stage_values",
 ]
 
+# Of the stagger with which the width of a ring still tells a chord (84 deg).
+_LEAST_COSINE = 0.1
+
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Web:
@@ -199,6 +202,11 @@ def stage_group_blades(
             f"{group.count} stages; give one count for all, or one for each"
         )
     cosine = math.cos(math.radians(blades.stagger_deg[0]))
+    if blades.chord_m is None and cosine < _LEAST_COSINE:
+        raise GeometryError(
+            f"stage group '{group.name}': with a stagger of {blades.stagger_deg[0]:g} deg at the "
+            "root the chord can not follow from the width of the ring; give chord_m"
+        )
     chord = blades.chord_m or (group.width_m / cosine,) * 2
     factor = group.width_factor if blades.chord_factor is None else blades.chord_factor
     rows = []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -137,6 +137,9 @@ class Mesh:
     seats: tuple[IntArray, ...] = ()
     #: What a solid with joints was revolved from: on it the state of their faces is found
     meridian: Mesh | None = None
+    #: (k,) nodes of a solid with point masses on them, of a sector each in all sectors, and those
+    mass_nodes: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    node_masses_kg: FloatArray = field(default_factory=lambda: np.empty(0))
 
     @property
     def dimension(self) -> int:

@@ -370,6 +370,6 @@ def _half_widths(blade: Blade, section: Section) -> Iterator[tuple[float, float]
     """Half the axial and the tangential width [m] of cross-sections from root to tip."""
     x = np.linspace(_lowest(blade, section), largest_radius(section) + blade.length_m, _SAMPLES)
     chord, thickness, stagger = blade_section(blade, section, x)
-    sine, cosine = np.abs(np.sin(stagger)), np.cos(stagger)
+    sine, cosine = np.abs(np.sin(stagger)), np.abs(np.cos(stagger))
     axial, tangential = chord * cosine + thickness * sine, chord * sine + thickness * cosine
     return zip((0.5 * axial).tolist(), (0.5 * tangential).tolist(), strict=True)

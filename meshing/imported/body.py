@@ -12,6 +12,7 @@ from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.imported import measures, sectors
 from solidwhirl.meshing.imported.formats.files import read_mesh_file
 from solidwhirl.meshing.imported.groups import cell_materials, interface_facets, volume_groups
+from solidwhirl.meshing.imported.masses import nodal_masses
 from solidwhirl.meshing.imported.records import (
     FileMesh,
     MeshedBody,
@@ -37,6 +38,8 @@ _ON_AXIS = 1e-9
 _CUT_EXACTLY = 1e-6
 # Distance of a surface from its node, over its radius of gyration, that a tie can carry.
 _FARTHEST = 3.0
+# Point masses nearer to the axis than this part of the radius are on it.
+_MASS_ON_AXIS = 0.01
 # Spread of a surface across its length over that along it below which it is a line.
 _SMALLEST_SPREAD = 1e-9
 
@@ -75,6 +78,7 @@ def mesh_of(found: FileMesh, request: MeshRequest, name: str) -> Mesh:
         points, faces, quality = sectors.joined_sector(points, cells, faces, sector.count, where)
     section, names = _sections(groups, len(cells))
     shortest, longest = edge_lengths(points, cells)
+    nodes, masses = nodal_masses(found, request, points, shortest)
     surface = np.unique(faces.nodes[faces.outside][:, :3])
     return Mesh(
         points=points,
@@ -91,6 +95,8 @@ def mesh_of(found: FileMesh, request: MeshRequest, name: str) -> Mesh:
         size=MeshSize(size_m=longest, corner_size_m=shortest),
         quality=quality,
         sector=sector,
+        mass_nodes=nodes,
+        node_masses_kg=masses,
     )
 
 
@@ -161,6 +167,11 @@ def body_of_mesh(
     if request.shape == "round":
         round_to = measures.roundness(mesh, _round_faces(mesh))
         _refuse_uneven(name, round_to)
+        if len(_beside_axis(mesh)):
+            raise MeshingError(
+                f"body {name!r} has point masses off its axis: it does not bend alike in all "
+                'directions; say symmetry = "none", or sectors'
+            )
     return MeshedBody(
         name=name,
         request=request,
@@ -187,7 +198,14 @@ def _round_faces(mesh: Mesh) -> IntArray:
 
 def is_round(mesh: Mesh) -> bool:
     """Whether a whole mesh is near enough to a body of revolution to be taken as one."""
-    return _is_even(measures.roundness(mesh, _round_faces(mesh)))
+    return _is_even(measures.roundness(mesh, _round_faces(mesh))) and not len(_beside_axis(mesh))
+
+
+def _beside_axis(mesh: Mesh) -> IntArray:
+    """Nodes with point masses off the axis, whose motion depends on the angle."""
+    nodes = mesh.mass_nodes
+    radius = np.hypot(mesh.points[:, 0], mesh.points[:, 1])
+    return np.asarray(nodes[radius[nodes] > _MASS_ON_AXIS * radius.max()])
 
 
 def _is_even(found: Roundness) -> bool:

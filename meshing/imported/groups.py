@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
@@ -49,7 +49,8 @@ def cell_materials(
     """
     materials: list[Material] = []
     out = np.full(count, -1, dtype=np.int64)
-    for group, material in request.materials:
+    for asked, material in request.materials:
+        group = as_written(asked, groups)
         if group not in groups:
             raise MeshingError(
                 f"materials: the file has no group {group!r} of volume elements; it has "
@@ -103,7 +104,8 @@ def interface_facets(
             )
     else:
         assert interface.group is not None
-        rows = _of_group(mesh, tetrahedra, faces, interface.group, where)
+        known = [*mesh.element_groups, *mesh.face_groups, *mesh.node_groups]
+        rows = _of_group(mesh, tetrahedra, faces, as_written(interface.group, known), where)
         between = ~faces.outside[rows] & (faces.cells[rows, 1] < 0)
         if between.any():
             raise MeshingError(
@@ -210,6 +212,13 @@ def _no_group(mesh: FileMesh, group: str) -> str:
         f"the file has no group {group!r} of surface elements, faces or nodes; it has "
         f"{names_text([*known, *mesh.face_groups, *mesh.node_groups])}"
     )
+
+
+def as_written(group: str, known: Iterable[str]) -> str:
+    """Return the name that a file has for a group, whose capitals alone may differ."""
+    names = list(known)
+    alike = {name for name in names if name.casefold() == group.casefold()}
+    return alike.pop() if group not in names and len(alike) == 1 else group
 
 
 def names_text(names: Mapping[str, object] | list[str]) -> str:

@@ -71,7 +71,7 @@ def evenly_turned(first: FloatArray, second: FloatArray) -> tuple[FloatArray, Fl
 
 
 def _masses(mesh: Mesh, count: int) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Places (m, 3) and masses (m,) of the points of the quadrature, piece by piece."""
+    """Places (m, 3) and masses (m,) of the points of the quadrature, and point masses."""
     weight, shape, slope = _rule(count)
     density = np.array([m.density_kg_per_m3 for m in mesh.materials])[mesh.cell_material]
     for start in range(0, len(mesh.cells), _CHUNK):
@@ -80,6 +80,7 @@ def _masses(mesh: Mesh, count: int) -> Iterator[tuple[FloatArray, FloatArray]]:
         volume = np.linalg.det(jacobian) * weight
         mass = density[start : start + _CHUNK, None] * volume
         yield np.einsum("cnd,qn->cqd", own, shape).reshape(-1, 3), mass.ravel()
+    yield mesh.points[mesh.mass_nodes], mesh.node_masses_kg
 
 
 def mass_integrals(mesh: Mesh) -> MassIntegrals:

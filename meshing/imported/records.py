@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -28,6 +29,30 @@ class ElementBlock:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class PointMass:
+    """A rigid mass on a node of a file, in its units."""
+
+    label: str  #: As the file calls it, "CONM2 7"
+    node: int  #: Row of the file's points
+    mass: float
+    #: Centre of gravity from the node, and inertia tensor about it
+    offset: FloatArray = field(default_factory=lambda: np.zeros(3))
+    inertia: FloatArray = field(default_factory=lambda: np.zeros((3, 3)))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FileCoupling:
+    """A reference node of a file, and how it follows a surface of a body, or that it."""
+
+    #: That of the group of facets or nodes which it couples
+    name: str
+    label: str  #: As the file calls it, with the line: "RBE2 7 (line 30)"
+    coupling: Coupling
+    node: int  #: Row of the file's points
+    group: str = ""  #: Another name of what it couples: that of its surface or set in the file
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class FileMesh:
     """What a mesh file holds, in its own unit and coordinates."""
 
@@ -38,6 +63,14 @@ class FileMesh:
     node_groups: Mapping[str, IntArray] = field(default_factory=dict)  #: Name to nodes
     #: Name to faces of volume elements, each (f, 3) or (f, 4) corner nodes
     face_groups: Mapping[str, tuple[IntArray, ...]] = field(default_factory=dict)
+    masses: tuple[PointMass, ...] = ()
+    couplings: tuple[FileCoupling, ...] = ()
+    #: Densities that the file gives its materials: they tell its unit of mass
+    densities: tuple[float, ...] = ()
+    #: What its masses and densities are multiplied by in a consistent set of units (Nastran)
+    mass_factor: float = 1.0
+    files: tuple[Path, ...] = ()  #: Those that were read, included ones too
+    remarks: tuple[str, ...] = ()  #: What was left out, and why that may matter
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,6 +129,7 @@ class MeshRequest:
     #: turns, whatever its shape; "any": stands still
     shape: Shape
     sectors: int | None = None  #: Equal sectors N of a cyclic body, whose mesh is one; else None
+    mass_unit_kg: float | None = None  #: Of the file's masses; None: goes with its unit of length
     step: StepSize | None = None  #: Sizes where the file is a geometry; None: it is a mesh
 
 
@@ -140,6 +174,7 @@ class MeshedBody:
     volume_m3: float
     mass: MassIntegrals | None = None  #: Of the whole body; None before the mesh is made
     roundness: Roundness | None = None  #: None before it is made, or where any shape is allowed
+    remarks: tuple[str, ...] = ()  #: What of its file was left out
 
 
 #: A body from a profile or from a file, and an interface of it.

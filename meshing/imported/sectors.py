@@ -11,6 +11,7 @@ import numpy as np
 import scipy
 
 from solidwhirl.meshing.errors import MeshingError
+from solidwhirl.meshing.imported.masses import used_nodes
 from solidwhirl.meshing.imported.records import FileMesh
 from solidwhirl.meshing.imported.split import as_tetrahedra
 from solidwhirl.meshing.imported.surface import Faces, faces_of
@@ -21,6 +22,7 @@ from solidwhirl.meshing.imported.turning import (
     cylinder_text,
     inside,
     matched_cut,
+    partners,
     size_m,
     tolerance_m,
     turned,
@@ -57,7 +59,21 @@ def one_sector(found: FileMesh, count: int, materials: tuple[str, ...]) -> FileM
     # a sector takes its angle, more with blades that hang over; the whole all
     if angles_taken(middles) > 0.5 * (angle + 2.0 * np.pi):
         return sector_of_whole(found, tetrahedra, count, tolerance, materials)
+    _refuse_masses_on_cuts(found, count, tolerance)
     return found
+
+
+def _refuse_masses_on_cuts(found: FileMesh, count: int, tolerance: float) -> None:
+    """Refuse point masses where sectors meet: a file of one does not say whose they are."""
+    nodes = used_nodes(found)
+    onto = partners(found.points, nodes, 2.0 * np.pi / count, tolerance)
+    shared = {*np.flatnonzero(onto >= 0).tolist(), *onto[onto >= 0].tolist()}
+    for mass in found.masses:
+        if mass.node in shared:
+            raise MeshingError(
+                f"sectors = {count}: {mass.label} lies on the cut, where it belongs to two "
+                "sectors; move it into the sector, or give a mesh of the whole"
+            )
 
 
 def joined_sector(
@@ -147,6 +163,14 @@ def _refuse_touching(
     own = np.unique(faces.nodes[rows[lost]][:, :3])
     gaps = _gaps(points, own, np.unique(faces.nodes[faces.outside][:, :3]), count)
     worst = points[own[gaps.argmax()]]
+    if gaps.max() <= tolerance_m(points, cells):
+        place = cylinder_text(points[faces.nodes[rows[lost][0], :3]].mean(axis=0))
+        raise MeshingError(
+            f"sectors = {count}: the nodes of the cuts match, but {int(lost.sum())} of their faces "
+            "are other triangles on the two sides, with middles of edges that the other side has "
+            f"not, the first about {place}. Mesh the cuts as periodic faces, or with hexahedra or "
+            "wedges, which are cut alike here"
+        )
     raise MeshingError(
         f"sectors = {count}: {int(lost.sum())} faces of the cut have no partner among those of the "
         f"next sector ({len(cut.first)} have one). Turned by {360.0 / count:.6g}° one way or the "

@@ -69,7 +69,15 @@ def matched_cut(points: FloatArray, faces: Faces, count: int, tolerance: float) 
     """Find faces of the surface that, turned by 2π/N, lie on others with opposite normals.
 
     Faces of a surface that goes on from sector to sector lie on each other with the same normal.
+    Where the same nodes are joined to other triangles (other diagonals of quadrilaterals), patches
+    of faces with the same nodes and the same edges around lie on each other.
     """
+    cut = _matched_faces(points, faces, count, tolerance)
+    return _with_patches(points, faces, count, tolerance, cut)
+
+
+def _matched_faces(points: FloatArray, faces: Faces, count: int, tolerance: float) -> Cut:
+    """Faces that lie on others, corner by corner."""
     rows = np.flatnonzero(faces.outside)
     partner = partners(points, np.unique(faces.nodes[rows][:, :3]), 2.0 * np.pi / count, tolerance)
     images = partner[faces.nodes[rows][:, :3]]
@@ -87,6 +95,62 @@ def matched_cut(points: FloatArray, faces: Faces, count: int, tolerance: float) 
         faces.nodes[other], np.hstack([corner, edge]), axis=1
     )
     return Cut(first=rows, second=other, onto=onto)
+
+
+def _with_patches(points: FloatArray, faces: Faces, count: int, tolerance: float, cut: Cut) -> Cut:
+    """The cut with patches of faces that share their nodes with others, but not their edges."""
+    left = faces.outside.copy()
+    left[cut.first] = left[cut.second] = False
+    rows = np.flatnonzero(left)
+    nodes = np.unique(faces.nodes[faces.outside])
+    there = partners(points, nodes, 2.0 * np.pi / count, tolerance)
+    back = np.full(len(points), -1, dtype=np.int64)
+    back[there[there >= 0]] = np.flatnonzero(there >= 0)
+    on_axis = there == np.arange(len(points))
+    away = ~on_axis[faces.nodes[rows]].all(axis=1)
+    first = rows[away & (there[faces.nodes[rows]] >= 0).all(axis=1)]
+    second = rows[away & (back[faces.nodes[rows]] >= 0).all(axis=1)]
+    if not len(first) or not len(second):
+        return cut
+    known = {_around(faces.nodes[own]): own for own in _patches(faces, second)}
+    onto, firsts, seconds = cut.onto.copy(), [cut.first], [cut.second]
+    for own in _patches(faces, first):
+        other = known.get(_around(there[faces.nodes[own]]))
+        if other is None:
+            continue
+        members = np.unique(faces.nodes[own])
+        area = turned(_area_vector(points, faces.nodes[own])[None], 2.0 * np.pi / count)[0]
+        if area @ _area_vector(points, faces.nodes[other]) >= 0.0:
+            continue  # a surface that goes on from sector to sector
+        if np.array_equal(np.unique(there[members]), np.unique(faces.nodes[other])):
+            onto[members] = there[members]
+            firsts.append(own)
+            seconds.append(other)
+    return Cut(first=np.concatenate(firsts), second=np.concatenate(seconds), onto=onto)
+
+
+def _patches(faces: Faces, rows: IntArray) -> list[IntArray]:
+    """Rows of faces that hang together by edges."""
+    middles = faces.nodes[rows][:, 3:]
+    number = np.unique(middles, return_inverse=True)[1].reshape(middles.shape)
+    owner = np.repeat(np.arange(len(rows)), 3)
+    graph = scipy.sparse.coo_matrix(
+        (np.ones(len(owner)), (owner, number.ravel())), (len(rows), int(number.max()) + 1)
+    ).tocsr()
+    _, part = scipy.sparse.csgraph.connected_components(graph @ graph.T, directed=False)
+    return [rows[part == k] for k in range(int(part.max()) + 1)]
+
+
+def _area_vector(points: FloatArray, nodes: IntArray) -> FloatArray:
+    """Sum of the normals of faces, each as long as its area (3,)."""
+    a, b, c = (points[nodes[:, k]] for k in range(3))
+    return np.asarray(0.5 * np.cross(b - a, c - a).sum(axis=0))
+
+
+def _around(nodes: IntArray) -> frozenset[int]:
+    """Middles of the edges around a patch of faces (f, 6): those that one face alone has."""
+    middles, times = np.unique(nodes[:, 3:], return_counts=True)
+    return frozenset(middles[times == 1].tolist())
 
 
 def chains(onto: IntArray) -> tuple[IntArray, IntArray]:

@@ -9,7 +9,7 @@ import numpy as np
 import scipy
 
 from solidwhirl.meshing.errors import MeshingError
-from solidwhirl.meshing.imported.records import ElementBlock, FileMesh
+from solidwhirl.meshing.imported.records import ElementBlock, FileMesh, PointMass
 from solidwhirl.meshing.imported.split import CORNERS, FACES, KINDS, Tetrahedra
 from solidwhirl.meshing.imported.surface import faces_of
 from solidwhirl.meshing.imported.turning import (
@@ -276,8 +276,8 @@ def _restricted(
             rows = np.empty(0, dtype=np.int64)
             blocks.append(replace(block, nodes=block.nodes[rows]))
         origin.append(rows)
-    return FileMesh(
-        points=found.points,
+    return replace(
+        found,
         blocks=tuple(blocks),
         element_groups={
             name: {k: np.flatnonzero(np.isin(origin[k], own)) for k, own in rows.items()}
@@ -288,7 +288,33 @@ def _restricted(
             name: tuple(_images(own, nodes, here, faces, count)[0] for own in groups)
             for name, groups in found.face_groups.items()
         },
+        masses=_one_of_each(found, nodes, here, count),
     )
+
+
+def _one_of_each(
+    found: FileMesh, nodes: _Orbits, here: BoolArray, count: int
+) -> tuple[PointMass, ...]:
+    """Point masses of the sector; those on nodes of the whole have to be the same in all."""
+    kept = [mass for mass in found.masses if nodes.row[mass.node] < 0]
+    on = [mass for mass in found.masses if nodes.row[mass.node] >= 0]
+    total = np.zeros(len(found.points))
+    for mass in on:
+        total[mass.node] += mass.mass
+    for row in np.unique([nodes.row[mass.node] for mass in on]).astype(int):
+        members = nodes.table[row]
+        own = total[members]
+        if np.ptp(own) > 1e-6 * np.abs(own).max():
+            first = next(mass for mass in on if nodes.row[mass.node] == row)
+            raise MeshingError(
+                f"sectors = {count}: {first.label} has no copy of the same mass in each of the "
+                f"other sectors; {_WHAT_TO_DO}"
+            )
+        alone = len(np.unique(members)) == 1  # on the axis, where all sectors meet
+        first = next(mass for mass in on if mass.node in members)
+        at = int(members[here[members]][0])
+        kept.append(replace(first, node=at, mass=float(own[0]) / (count if alone else 1)))
+    return tuple(kept)
 
 
 def _faces(found: FileMesh, chosen: BoolArray) -> IntArray:

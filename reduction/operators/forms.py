@@ -12,7 +12,7 @@ solid's modes.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,7 @@ from dolfinx import fem
 
 from solidwhirl.reduction.operators import compat
 from solidwhirl.reduction.operators.kinematics import Kinematics
+from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,6 +31,8 @@ class Medium:
     density: Any  #: kg/m³
     first_lame: Any
     second_lame: Any
+    #: (k, 4) x, y, z [m] of nodes with a point mass on them, and that [kg]
+    point_masses: FloatArray = field(default_factory=lambda: np.empty((0, 4)))
 
 
 def medium(domain: Any, material_tags: Any, materials: tuple[Any, ...]) -> Medium:
@@ -111,3 +114,23 @@ def stiffening_form(kin: Kinematics, prestress: Any, u: Any, v: Any, dx: Any) ->
 def centrifugal_form(kin: Kinematics, matter: Medium, v: Any, dx: Any) -> Any:
     """Load at unit speed: ∫ ρ r e_r·v."""
     return matter.density * ufl.inner(kin.centrifugal, v) * kin.weight * dx
+
+
+def at_nodes(space: Any, kin: Kinematics, matter: Medium) -> tuple[IntArray, FloatArray]:
+    """Return the nodes of this rank that carry point masses, and how much [kg], as forms weigh it.
+
+    A mass is on the nearest node of the space, or in equal parts on those that are as near.
+    """
+    nodes, masses = [np.empty(0, dtype=np.int64)], [np.empty(0)]
+    if len(matter.point_masses):
+        comm, count = space.mesh.comm, space.dofmap.index_map.size_local
+        places = space.tabulate_dof_coordinates()[:count]
+        for *place, mass in matter.point_masses:
+            away = np.linalg.norm(places - np.array(place), axis=1)
+            nearest = min(comm.allgather(float(away.min(initial=np.inf))))
+            size = max(comm.allgather(float(np.abs(places).max(initial=0.0))))
+            own = np.flatnonzero(away <= nearest + 1e-9 * size)
+            share = float(kin.weight.value) * mass / sum(comm.allgather(len(own)))
+            nodes.append(own)
+            masses.append(np.full(len(own), share))
+    return np.concatenate(nodes), np.concatenate(masses)

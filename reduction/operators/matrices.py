@@ -145,13 +145,16 @@ def build_operators(
     order n on a meridian mesh, cyclic index h on that of a sector, None on a mesh of the whole
     solid. Raises ReductionError: interfaces that can not be coupled; joints, see `settle`.
     """
-    about = (mesh.dimension, mesh.sector, mesh.materials) if mesh is not None else None
-    dimension, sector, materials = comm.bcast(about, root=0)
+    about = None
+    if mesh is not None:
+        heavy = np.column_stack([mesh.points[mesh.mass_nodes], mesh.node_masses_kg])
+        about = (mesh.dimension, mesh.sector, mesh.materials, heavy)
+    dimension, sector, materials, heavy = comm.bcast(about, root=0)
     domain, material_tags, facet_tags, joined = distributed(mesh, dimension, len(materials), comm)
     if joined is not None and effects.neighbours and order == 1:
         joined = joined.every_order()
     kin = _kinematics(domain, order, sector, joined)
-    matter = forms.medium(domain, material_tags, materials)
+    matter = replace(forms.medium(domain, material_tags, materials), point_masses=heavy)
     space = compat.vector_space(domain, degree, 3)
     coupling = couple(space, kin, facet_tags, body.interfaces, effects.components, effects.shape)
     joints = Settled()
@@ -453,8 +456,10 @@ def _assemble_solid(
     held = None
     if effects.centrifugal:
         held = held_body(matrices["stiffness"], matrices["mass"], coupling, effects.solver)
+        # of a body of revolution point masses are on the axis, where they pull at nothing
+        pulling = replace(matter, point_masses=matter.point_masses[:0]) if along else matter
         field, hoop = centrifugal_displacement(
-            space, kin, matter, dx, stiffness, parts.mass, solver=effects.solver, held=held
+            space, kin, pulling, dx, stiffness, parts.mass, solver=effects.solver, held=held
         )
         prestress = forms.stress(kin, matter, field)
         stiffening = solid_matrices.component_stiffening(space, kin, prestress, dx)

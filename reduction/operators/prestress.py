@@ -47,6 +47,10 @@ def centrifugal_displacement(
     """
     v = ufl.TestFunction(space)
     load = compat.assembled_vector(compat.compiled(forms.centrifugal_form(kin, matter, v, dx)))
+    if kin.dimension == 3:
+        nodes, masses = forms.at_nodes(space, kin, matter)
+        out = space.tabulate_dof_coordinates()[nodes, :2]
+        np.add.at(load.reshape(-1, 3)[:, :2], nodes, masses[:, None] * out)
     field = free_displacement(space, kin, stiffness, load, component_mass, solver=solver, held=held)
     return field, _hoop_strain(space, kin, field, 1e-6 if component_mass is None else _UNEVEN)
 

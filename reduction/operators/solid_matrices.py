@@ -54,19 +54,32 @@ def component_matrices(
     forms_of = {"mass": forms.mass_form}
     if along_spin:
         forms_of |= {"spin": forms.spin_form, "softening": forms.softening_form}
-    return ComponentMatrices(
-        **{
-            name: compat.assemble_matrix(compat.compiled(form(kin, matter, u, v, dx)))
-            for name, form in forms_of.items()
-        }
-    )
+    made = {
+        name: compat.assemble_matrix(compat.compiled(form(kin, matter, u, v, dx)))
+        for name, form in forms_of.items()
+    }
+    # of a body of revolution point masses lie on the axis, where nothing changes along the spin
+    _add_point_masses(made["mass"], space, kin, matter)
+    return ComponentMatrices(**made)
 
 
 def component_mass(space: Any, kin: Kinematics, matter: forms.Medium, dx: Any) -> Any:
     """M of one component."""
     nodes = _node_space(space)
     u, v = ufl.TrialFunction(nodes), ufl.TestFunction(nodes)
-    return compat.assemble_matrix(compat.compiled(forms.mass_form(kin, matter, u, v, dx)))
+    mass = compat.assemble_matrix(compat.compiled(forms.mass_form(kin, matter, u, v, dx)))
+    if kin.dimension == 3:
+        _add_point_masses(mass, space, kin, matter)
+    return mass
+
+
+def _add_point_masses(mass: Any, space: Any, kin: Kinematics, matter: forms.Medium) -> None:
+    if not len(matter.point_masses):
+        return
+    first, _ = mass.getOwnershipRange()
+    for node, own in zip(*forms.at_nodes(space, kin, matter), strict=True):
+        mass.setValue(first + int(node), first + int(node), own, addv=True)
+    mass.assemble()
 
 
 def component_stiffening(space: Any, kin: Kinematics, prestress: Any, dx: Any) -> Any:

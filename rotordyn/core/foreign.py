@@ -19,7 +19,7 @@ import stat
 import sys
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -29,6 +29,8 @@ MOST_BYTES = 2_000_000_000
 _PATIENCE = 20.0
 _REFUSED, _FAILED = 1, 2
 _PIECE = 1 << 16
+_MOST_FILES = 50
+_NO_FILE = "no such file"
 _PR_SET_PDEATHSIG = 1
 
 
@@ -70,8 +72,35 @@ def regular_bytes(path: Path, most: int = MOST_BYTES) -> bytes:
 
 def _said(error: OSError | ValueError) -> str:
     if isinstance(error, FileNotFoundError):
-        return "no such file"
+        return _NO_FILE
     return f"can not be read: {getattr(error, 'strerror', None) or error}"
+
+
+def included(path: Path, name: str, files: Sequence[Path]) -> Path:
+    """Return the file that one of a user's files includes; what it names is not trusted.
+
+    `path`: the file that includes it; `files`: those read so far, the user's own first. Raises
+    ForeignError: it lies outside the folder of the first, is one of them, or one too many.
+    """
+    found = path.parent / name
+    if "\0" in name or not found.resolve().is_relative_to(files[0].parent.resolve()):
+        raise ForeignError(
+            f"INCLUDE names {name[:80]!r}, which lies outside the folder of the file; files beside "
+            "it and below are allowed"
+        )
+    if any(found.resolve() == file.resolve() for file in files):
+        raise ForeignError(f"INCLUDE names {name[:80]!r} a second time; files are included once")
+    if len(files) >= _MOST_FILES:
+        raise ForeignError(f"INCLUDE: more than {_MOST_FILES} files")
+    try:
+        refuse_irregular(found)
+    except ForeignError as error:
+        raise ForeignError(f"INCLUDE names {name[:80]!r}, which {_which(str(error))}") from error
+    return found
+
+
+def _which(said: str) -> str:
+    return "does not exist" if said == _NO_FILE else said
 
 
 def json_data(content: bytes | str) -> Any:

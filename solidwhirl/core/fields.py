@@ -166,11 +166,11 @@ PositiveEnds = Annotated[
     BeforeValidator(_pair),
     WithJsonSchema({"anyOf": [{**_ANY, "exclusiveMinimum": 0}, _TWO]}),
 ]
-_Stagger = Annotated[float, Field(gt=-90, lt=90, allow_inf_nan=False, strict=True)]
+_Stagger = Annotated[float, Field(ge=-180, le=180, allow_inf_nan=False, strict=True)]
 StaggerEnds = Annotated[
     tuple[_Stagger, _Stagger],
     BeforeValidator(_pair),
-    WithJsonSchema({"anyOf": [{**_ANY, "exclusiveMinimum": -90, "exclusiveMaximum": 90}, _TWO]}),
+    WithJsonSchema({"anyOf": [{**_ANY, "minimum": -180, "maximum": 180}, _TWO]}),
 ]
 Matrix = Annotated[
     tuple[tuple[Finite, Finite], tuple[Finite, Finite]],

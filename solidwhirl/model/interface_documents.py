@@ -45,9 +45,16 @@ def interfaces_document(
     return out
 
 
-def cut_doubts(scene: Scene) -> Iterator[Doubt]:
-    """Doubts about boxes that cut facets of given meshes; geometries are cut along their boxes."""
+def mesh_doubts(scene: Scene) -> Iterator[Doubt]:
+    """Doubts about what of meshes is left out: parts of files, facets that boxes cut."""
     for name, body in build_mesh_bodies(scene).items():
+        for remark in body.remarks:
+            yield Doubt(
+                key=f"mesh_bodies.{name}.file",
+                found=remark,
+                usual="what this program knows",
+                mistake="Does it hold, join or weigh anything of the body?",
+            )
         for k, interface in enumerate(body.interfaces):
             inside = interface.area_m2 + interface.cut_area_m2
             if interface.cut_area_m2 <= _WORTH_SAYING * inside:

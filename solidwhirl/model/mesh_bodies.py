@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 from solidwhirl.core.errors import clean
-from solidwhirl.core.machine import available_memory_gib
 from solidwhirl.geometry import Body, GeometryError, Material, RigidDisk
 from solidwhirl.meshing import Mesh, MeshingError, MeshSize
 from solidwhirl.meshing.imported.records import (
@@ -22,19 +21,17 @@ from solidwhirl.meshing.imported.records import (
     StepSize,
 )
 from solidwhirl.model.bodies import known_material, scene_materials
+from solidwhirl.model.mesh_files import content_digest, read_mesh
 from solidwhirl.model.plan_records import BodyPlan
 from solidwhirl.model.resolution import Resolution
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
-from solidwhirl.scene.meshes import UNITS_M, MeshBodySpec, MeshInterfaceSpec, file_digest
+from solidwhirl.scene.meshes import MASSES_KG, UNITS_M, MeshBodySpec, MeshInterfaceSpec
 from solidwhirl.scene.records import Scene
 
-# Memory that reading a mesh takes over the size of its file.
-_READING = 12.0
 # Smallest edge that curvature may ask for in a STEP file, over the largest, unless it is given.
 _SMALLEST = 0.2
 # What the mesh of a sector may lose of the volume of its geometry: periodic faces can go wrong.
 _LOST = 0.01
-_GIB = 1024.0**3
 
 
 def build_mesh_bodies(scene: Scene) -> dict[str, MeshedBody]:
@@ -165,7 +162,8 @@ def _body(name: str, request: MeshRequest, disks: tuple[RigidDisk, ...]) -> Mesh
         return _unmeshed(name, request, disks)
     mesh = _mesh(request, name)
     _refuse_same_surfaces(mesh)
-    return body_of_mesh(name, request, mesh, disks)
+    remarks = read_mesh(request.path, request.digest).remarks
+    return replace(body_of_mesh(name, request, mesh, disks), remarks=remarks)
 
 
 def _mesh(request: MeshRequest, name: str) -> Mesh:
@@ -176,11 +174,11 @@ def _mesh(request: MeshRequest, name: str) -> Mesh:
 @lru_cache(maxsize=4)
 def _read_mesh(request: MeshRequest, name: str) -> Mesh:
     """The mesh of a request; a command asks for it several times."""
-    from solidwhirl.meshing.imported.body import mesh_from_file, mesh_of
+    from solidwhirl.meshing.imported.body import mesh_of
     from solidwhirl.meshing.imported.formats.step import mesh_step
 
     if request.step is None:
-        return mesh_from_file(request, name)
+        return mesh_of(read_mesh(request.path, request.digest), request, name)
     return mesh_of(mesh_step(request), request, name)
 
 
@@ -191,7 +189,7 @@ def _request(spec: MeshBodySpec, materials: dict[str, Material]) -> MeshRequest:
         step = StepSize(size_m=spec.size_m, smallest_m=smallest, around=spec.around)
     return MeshRequest(
         path=spec.file,
-        digest=_digest(spec),
+        digest=spec.sha256 or content_digest(Path(spec.file)),
         unit_m=UNITS_M[spec.length_unit],
         origin=spec.axis.origin,
         direction=spec.axis.direction,
@@ -204,6 +202,7 @@ def _request(spec: MeshBodySpec, materials: dict[str, Material]) -> MeshRequest:
         interfaces=tuple(_interface(i) for i in spec.interfaces),
         shape=_shape(spec),
         sectors=spec.sectors,
+        mass_unit_kg=None if spec.mass_unit is None else MASSES_KG[spec.mass_unit],
         step=step,
     )
 
@@ -225,23 +224,6 @@ def _interface(spec: MeshInterfaceSpec) -> MeshInterface:
         box_m=spec.box_m,
         node=spec.node if spec.node_m is None else spec.node_m,
     )
-
-
-def _digest(spec: MeshBodySpec) -> str:
-    """SHA-256 of a file that fits into memory when it is read."""
-    path = Path(spec.file)
-    try:
-        if not path.is_file():
-            raise MeshingError(f"file: {path} is not a file")
-        size = path.stat().st_size / _GIB
-        if _READING * size > available_memory_gib():
-            raise MeshingError(
-                f"file: {path.name} has {size:.3g} GiB; reading it takes about "
-                f"{_READING * size:.3g} GiB of memory, {available_memory_gib():.3g} are available"
-            )
-        return spec.sha256 or file_digest(path)
-    except OSError as error:
-        raise MeshingError(f"file: {path} can not be read: {error.strerror or error}") from error
 
 
 def _unmeshed(name: str, request: MeshRequest, disks: tuple[RigidDisk, ...]) -> MeshedBody:

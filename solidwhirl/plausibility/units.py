@@ -18,7 +18,7 @@ import numpy as np
 from solidwhirl.core.warnings import Doubt
 from solidwhirl.geometry import Body
 from solidwhirl.model.imported_bodies import imported_element
-from solidwhirl.model.interface_documents import cut_doubts
+from solidwhirl.model.interface_documents import mesh_doubts
 from solidwhirl.plausibility.shapes import Disk, Shape, shapes_of
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.scene.bearing_physics import AbsoluteLaw
@@ -99,7 +99,7 @@ def implausible(scene: Scene, bodies: Mapping[str, Body]) -> tuple[Doubt, ...]:
     found += _unbalance_doubts(scene, {s.name: s for s in shapes})
     found += _fast_bodies(scene, [s.name for s in shapes])
     found += _operating_doubts(scene)
-    found += cut_doubts(scene)
+    found += mesh_doubts(scene)
     return tuple(found)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 import hashlib
-from collections.abc import Mapping
 from pathlib import Path, PurePath
 from typing import Annotated, Literal
 
@@ -28,6 +27,8 @@ Direction = tuple[Finite, Finite, Finite]
 GroupName = Annotated[Title, Field(min_length=1, max_length=200)]
 #: Lengths of the units that a mesh may be in [m].
 UNITS_M = {"m": 1.0, "mm": 1e-3, "in": 0.0254}
+#: Units that the masses of a mesh may be in [kg].
+MASSES_KG = {"kg": 1.0, "t": 1e3, "g": 1e-3, "lb": 0.45359237, "lbf_s2_per_in": 175.1268352464764}
 _MESHES = (".msh", ".inp", ".bdf", ".nas", ".dat", ".vtu")
 _GEOMETRIES = (".step", ".stp")
 _MOST_SECTORS = 10_000
@@ -108,6 +109,7 @@ class MeshBodySpec(Record):
     file: BesideScene
     sha256: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")] | None = None
     length_unit: Literal["m", "mm", "in"]
+    mass_unit: Literal["kg", "t", "g", "lb", "lbf_s2_per_in"] | None = None
     axis: AxisSpec = AxisSpec()
     speed_ratio: Finite = 1.0
     sectors: Sectors | None = None
@@ -170,26 +172,6 @@ class MeshBodySpec(Record):
                     f"does not exist; known: {', '.join(names) or 'none'}"
                 )
         return self
-
-
-def with_digests(bodies: Mapping[str, MeshBodySpec]) -> tuple[dict[str, MeshBodySpec], list[str]]:
-    """Return the bodies with SHA-256 of their files, and a line for each problem, key first."""
-    found, problems = dict(bodies), []
-    for name, spec in bodies.items():
-        try:
-            digest = file_digest(Path(spec.file))
-        except OSError as error:
-            problems.append(
-                f"mesh_bodies.{name}.file: {spec.file} can not be read: {error.strerror or error}"
-            )
-            continue
-        if spec.sha256 not in (None, digest):
-            problems.append(
-                f"mesh_bodies.{name}.sha256: {PurePath(spec.file).name} has another content, "
-                f"{digest}; leave the key out"
-            )
-        found[name] = spec.model_copy(update={"sha256": digest})
-    return found, problems
 
 
 def file_digest(path: Path) -> str:

@@ -19,8 +19,8 @@ from solidwhirl.core.errors import Problem, SceneError, clean, meant
 from solidwhirl.core.fields import keys_of
 from solidwhirl.core.toml_text import LONG_KEY, long_key
 from solidwhirl.model.imported_bodies import with_files_read
+from solidwhirl.model.mesh_files import with_mesh_files_read
 from solidwhirl.rotordyn.core.foreign import ForeignError, regular_bytes
-from solidwhirl.scene.meshes import with_digests
 from solidwhirl.scene.records import Scene, analyses_without_folders, without_folders
 from solidwhirl.scene.sweep import sweep_problems
 from solidwhirl.scene_reading.law_files import with_laws_read
@@ -133,11 +133,9 @@ def parse_scene(
     scene, problems = with_files_read(scene)
     if problems:
         raise SceneError(path, problems)
-    if scene.mesh_bodies:
-        meshes, problems = with_digests(scene.mesh_bodies)
-        if problems:
-            raise SceneError(path, problems)
-        scene = scene.model_copy(update={"mesh_bodies": meshes})
+    scene, problems = with_mesh_files_read(scene)
+    if problems:
+        raise SceneError(path, problems)
     scene, problems = with_laws_read(scene)
     if problems:
         raise SceneError(path, problems)

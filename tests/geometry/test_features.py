@@ -137,6 +137,32 @@ def test_blades_without_stagger_in_closed_form():
     assert masses["titanium"] == pytest.approx(expected, rel=1e-12)
 
 
+@pytest.mark.parametrize("across", [90.0, -90.0, 180.0])
+def test_blades_turned_by_a_quarter_or_a_half(across):
+    """Chord and thickness exchange names with every quarter turn; the plate is the same."""
+    disk = section("disk", -0.03, 0.03, 0.03, 0.1)
+    plate = replace(
+        FAN, chord_m=(0.02, 0.016), thickness_m=(0.004, 0.003), stagger_deg=(20.0, 35.0)
+    )
+    turned = tuple(angle + across if across < 0 else angle - across for angle in (20.0, 35.0))
+    same = replace(plate, stagger_deg=turned)
+    if across != 180.0:
+        same = replace(same, chord_m=plate.thickness_m, thickness_m=plate.chord_m)
+    found, expected = (mass_properties(carrying(b, sections=(disk,))) for b in (same, plate))
+    assert found.mass_kg == pytest.approx(expected.mass_kg, rel=1e-12)
+    for key in ("polar_inertia_kg_m2", "diametral_inertia_kg_m2"):
+        assert getattr(found, key) == pytest.approx(getattr(expected, key), rel=1e-12)
+    seen, also = (side_view(b, disk) for b in (same, plate))
+    assert seen == pytest.approx(also, abs=1e-15)
+
+
+def test_a_blade_in_the_plane_of_rotation():
+    """With 90 degrees the chord lies across the axis: the blade of the closed form, exchanged."""
+    flat = replace(FAN, chord_m=(0.004,) * 2, thickness_m=(0.02,) * 2, stagger_deg=(90.0, 90.0))
+    found, expected = (mass_properties(carrying(b)) for b in (flat, FAN))
+    assert found.mass_kg == pytest.approx(expected.mass_kg, rel=1e-9)
+
+
 def test_holes_in_closed_form():
     full, found = mass_properties(body(DISK)), mass_properties(carrying(BOLTS))
     radius, width, pitch = 0.006, 0.04, 0.06
@@ -413,8 +439,8 @@ REFUSED = {
         r"'next' closes them",
     ),
     "stagger": (
-        lambda: replace(FAN, stagger_deg=(0.0, -90.0)),
-        r"stagger at the tip is -90 deg, must lie between -90 and 90",
+        lambda: replace(FAN, stagger_deg=(0.0, -181.0)),
+        r"stagger at the tip is -181 deg, must lie between -180 and 180",
     ),
     "chord": (lambda: replace(FAN, chord_m=(0.0, 0.1)), r"chord at the root is 0.0 m, must be"),
     "thickness": (lambda: replace(FAN, thickness_m=(1.0, math.inf)), r"thickness at the tip is"),

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import re
+import signal
+
 import gmsh
 import numpy as np
 import pytest
@@ -14,6 +18,7 @@ from solidwhirl.meshing import MeshingError
 from solidwhirl.meshing.imported.body import body_of_mesh, mesh_of
 from solidwhirl.meshing.imported.formats.step import mesh_step, step_geometry
 from solidwhirl.meshing.imported.records import MeshInterface, StepSize
+from solidwhirl.meshing.own.drawing import gmsh_session
 from solidwhirl.meshing.own.step_write import write_step
 
 TITANIUM = MATERIALS["titanium"]
@@ -157,7 +162,7 @@ def test_meshes_converge_to_the_profile_and_keep_materials(tmp_path):
 
 def test_what_is_no_solid_is_refused(tmp_path):
     size = StepSize(size_m=0.03, smallest_m=0.01, around=8)
-    with pytest.raises(MeshingError, match="there is no such file"):
+    with pytest.raises(MeshingError, match=r"none\.step: no such file"):
         step_geometry(of_step(tmp_path / "none.step", size))
     (tmp_path / "text.step").write_text("ISO-10303-21;\nHEADER;\n")
     with pytest.raises(MeshingError, match=r"can not be read as STEP|has no solid"):
@@ -165,3 +170,83 @@ def test_what_is_no_solid_is_refused(tmp_path):
     with pytest.raises(MeshingError, match=r"unit_m is 2.0; allowed are 0.001, 1.0"):
         write_step([rotor()], tmp_path / "r.step", unit_m=2.0)
     assert not (tmp_path / "r.step").exists()
+
+
+def drawn(path, bore_mm, hub="hub"):
+    """A shaft of radius 10 mm through a hub of 20 mm with a bore, as a STEP file."""
+    import gmsh
+
+    with gmsh_session():
+        occ = gmsh.model.occ
+        occ.addCylinder(0, 0, 0, 0, 0, 100, 10)
+        ring = occ.addCylinder(0, 0, 40, 0, 0, 20, 30)
+        if bore_mm:
+            occ.cut([(3, ring)], [(3, occ.addCylinder(0, 0, 40, 0, 0, 20, bore_mm))])
+        occ.synchronize()
+        gmsh.write(str(path))
+    text = path.read_text()
+    for number, name in (("1", "shaft"), ("2", hub)):
+        text = re.sub(rf"'Open CASCADE STEP translator [\d. ]*\.{number}'", f"'{name}'", text)
+    path.write_text(text)
+
+
+@pytest.mark.parametrize("overlap_mm", [0.01, 0.05, 0.1])
+def test_fits_as_drawn_are_named(tmp_path, overlap_mm):
+    """The common ring has 2 π r t h; its mean thickness is the overlap."""
+    drawn(tmp_path / "fit.step", 10.0 - overlap_mm)
+    asked = of_step(tmp_path / "fit.step", StepSize(size_m=0.02, smallest_m=0.004, around=8))
+    volume = np.pi * (10.0**2 - (10.0 - overlap_mm) ** 2) * 20.0
+    said = (
+        rf"'shaft' and 'hub' overlap by ([\d.]+) mm, in {volume:.4g}\d* mm³ about \(0, 0, 50\) mm"
+    )
+    with pytest.raises(MeshingError, match=said) as caught:
+        step_geometry(asked)
+    found = re.search(said, str(caught.value))
+    assert float(found[1]) == pytest.approx(overlap_mm, rel=0.01)
+
+
+def test_solids_of_unlike_material_that_overlap_are_refused(tmp_path):
+    drawn(tmp_path / "r.step", None)
+    size = StepSize(size_m=0.03, smallest_m=0.004, around=8)
+    unlike = of_step(tmp_path / "r.step", size, materials=(("hub", TITANIUM),))
+    with pytest.raises(MeshingError, match=r"'shaft' and 'hub' overlap .* 6283 mm³ .* of steel"):
+        step_geometry(unlike)
+    # of one material the common part counts once
+    once = np.pi * (0.1 * 0.01**2 + 0.02 * (0.03**2 - 0.01**2))
+    assert step_geometry(of_step(tmp_path / "r.step", size)).volume_m3 == pytest.approx(once)
+    drawn(tmp_path / "r.step", 10.0)
+    touching = of_step(tmp_path / "r.step", size, materials=(("hub", TITANIUM),))
+    assert step_geometry(touching).volume_m3 == pytest.approx(once)
+
+
+def test_what_the_kernel_does_not_survive_is_refused(tmp_path, monkeypatch):
+    """Numbers beyond all measure at once; a crash and an endless loop, by a stand-in for it."""
+    import gmsh
+
+    from solidwhirl.meshing.imported.formats import step
+
+    path = tmp_path / "r.step"
+    drawn(path, None)
+    asked = of_step(path, StepSize(size_m=0.03, smallest_m=0.004, around=8))
+    sound = path.read_text()
+    for number in ("1E999", "-1.5E+300", "1.E31"):
+        path.write_text(
+            re.sub(r"(CARTESIAN_POINT\('[^']*',\()[^,]*", rf"\g<1>{number}", sound, count=1)
+        )
+        with pytest.raises(MeshingError, match=r"r\.step: line \d+: \S+ is no length"):
+            step_geometry(asked)
+    path.write_text(sound)
+    monkeypatch.setattr(step, "_FIRST_S", 1)
+    monkeypatch.setattr(step, "_S_PER_BYTE", 0.0)
+
+    def crash(*_, **__):
+        os.kill(os.getpid(), signal.SIGSEGV)
+
+    def hang(*_, **__):
+        while True:
+            pass
+
+    for stand_in, said in ((crash, r"breaks down on it \(signal 11\)"), (hang, "come to an end")):
+        monkeypatch.setattr(gmsh.model.occ, "importShapes", stand_in)
+        with pytest.raises(MeshingError, match=rf"r\.step: can not be read .* kernel .*{said}"):
+            step_geometry(asked)

@@ -103,19 +103,22 @@ def test_what_is_no_body_is_refused(case):
 
 
 TEXTS = {
-    "other system.bdf": (BDF.replace("GRID,1,,", "GRID,1,3,"), "GRID 1 is in coordinate system 3"),
+    "other system.bdf": (BDF.replace("GRID,1,,", "GRID,1,3,"), "system 3 is used, but no CORD"),
     "few nodes.bdf": (BDF.replace("+,23,24\n", ""), "CHEXA 6 has 6 nodes; allowed are 8 or 20"),
     "lost.bdf": (BDF.replace("GRID,24,,0.,1.,2.\n", ""), "names GRID 24, which does not exist"),
     "include.bdf": (
-        BDF.replace("GRID,24,", "INCLUDE 'twice.txt'\nGRID,24,"),
-        "INCLUDE is not read",
+        BDF.replace("GRID,24,", "INCLUDE '/etc/passwd'\nGRID,24,"),
+        "INCLUDE names '/etc/passwd', which lies outside the folder",
     ),
-    "unknown.bdf": (BDF.replace("GRID,24,", "CTRIAX6,9,1\nGRID,24,"), "CTRIAX6 is not known"),
+    "unknown.bdf": (
+        BDF.replace("GRID,24,", "CTRIAX6,9,1\nGRID,24,"),
+        r"found CTRIAX6 \(1, the first in line 18",
+    ),
     "no line.bdf": (
         BDF.replace("GRID,24,,0.,", "GRID,24,,x,"),
         "line [0-9]+: GRID: field 4: 'x' is no",
     ),
-    "include.inp": (INP.replace("*HEADING", "*INCLUDE, INPUT=/etc/passwd"), "INCLUDE is not read"),
+    "include.inp": (INP.replace("*HEADING", "*INCLUDE, INPUT=/etc/passwd"), "outside the folder"),
     "unknown.inp": (INP.replace("C3D8R", "C3D27"), "TYPE=C3D27 is not known"),
     "twice.inp": (INP.replace("\n21,", "\n14,"), "node 14 is defined twice"),
     "empty.vtu": ("<VTKFile", "can not be read as .vtu"),

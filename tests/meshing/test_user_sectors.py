@@ -22,6 +22,7 @@ from solidwhirl.meshing.imported.body import body_of_mesh, mesh_from_file, mesh_
 from solidwhirl.meshing.imported.formats.step import mesh_step, step_geometry
 from solidwhirl.meshing.imported.measures import mass_integrals
 from solidwhirl.meshing.imported.records import MeshInterface, StepSize
+from solidwhirl.meshing.imported.split import as_tetrahedra
 from solidwhirl.meshing.imported.surface import faces_of, refuse_unjoined
 
 RNG = np.random.default_rng
@@ -158,6 +159,33 @@ def test_hexahedra_are_cut_alike_on_both_sides(around, sectors, twist):
     mesh, body = sector_of(shuffled(file_mesh(points, hexahedron=cells)), 7)
     assert len(mesh.cells) in range(5 * 9 * around, 6 * 9 * around + 1)
     assert_copies_are_the_whole(mesh, body)
+
+
+def cut_at_random(seed, twist=0.0):
+    """Hexahedra of a sector of 12 cut into tetrahedra by numbers of nodes: other diagonals."""
+    points, cells = ring(12, 2, 2, twist=twist)
+    order = np.random.default_rng(seed).permutation(len(points))
+    cut = as_tetrahedra(file_mesh(points[order], hexahedron=np.argsort(order)[cells]))
+    return file_mesh(cut.points, tetra=cut.cells[:, :4])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_cuts_with_other_diagonals_are_joined_by_their_nodes(seed):
+    points, cells = ring(12, 2, 2)
+    mesh, body = sector_of(cut_at_random(seed), 12)
+    alike, same = sector_of(file_mesh(points, hexahedron=cells), 12)
+    assert body.mass.mass_kg == pytest.approx(same.mass.mass_kg, rel=1e-12)
+    assert np.allclose(body.mass.inertia_kg_m2, same.mass.inertia_kg_m2, rtol=1e-12)
+    outer = [len(sectors.outer_facets(m.points, m.cells, 12)) for m in (mesh, alike)]
+    assert outer[0] == outer[1]
+
+
+def test_diagonals_that_pass_each_other_are_told():
+    """On a cut that leans their middles lie apart: no node of the one is one of the other."""
+    with pytest.raises(
+        MeshingError, match=r"nodes of the cuts match, but \d of .* other triangles"
+    ):
+        sector_of(cut_at_random(0, twist=0.3), 12)
 
 
 @pytest.mark.parametrize("count", [3, 4, 9])

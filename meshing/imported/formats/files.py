@@ -13,6 +13,8 @@ from solidwhirl.meshing.imported.formats.inp import read_inp
 from solidwhirl.meshing.imported.formats.nastran import read_nastran
 from solidwhirl.meshing.imported.records import ElementBlock, FileMesh
 from solidwhirl.meshing.records import IntArray
+from solidwhirl.rotordyn.core.errors import SuperelementError
+from solidwhirl.rotordyn.core.foreign import ForeignError, refuse_irregular
 
 #: Suffixes of mesh files that are read.
 MESH_SUFFIXES = (".msh", ".inp", ".bdf", ".nas", ".dat", ".vtu")
@@ -45,9 +47,14 @@ def read_mesh_file(path: str | Path) -> FileMesh:
             f"{', '.join(MESH_SUFFIXES)}"
         )
     try:
+        refuse_irregular(path)
         mesh = reader(path)
     except MeshingError as error:
         raise MeshingError(f"{path.name}: {error}") from error
+    except ForeignError as error:
+        raise MeshingError(f"{path.name}: {error}") from error
+    except SuperelementError as error:  # of a card, with file and line
+        raise MeshingError(str(error)) from error
     except OSError as error:
         raise MeshingError(f"{path.name}: can not be read: {error.strerror or error}") from error
     except MemoryError:

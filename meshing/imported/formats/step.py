@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import io
+import json
+import re
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import gmsh
 import numpy as np
 
+from solidwhirl.core.machine import available_memory_gib
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.imported.formats import step_solids as solids
 from solidwhirl.meshing.imported.records import (
@@ -23,6 +27,7 @@ from solidwhirl.meshing.own.files import as_vtk
 from solidwhirl.meshing.own.meridian import TETRAHEDRON10, TRIANGLE6, element_blocks, node_table
 from solidwhirl.meshing.own.prediction import PredictedMesh
 from solidwhirl.meshing.records import IntArray
+from solidwhirl.rotordyn.core.foreign import ForeignError, in_child, regular_bytes
 
 # Regular tetrahedra and triangles of edge 1; tetrahedra for each regular one, and what every
 # triangle of the surface adds, as measured on gmsh's meshes of bodies of revolution.
@@ -30,6 +35,13 @@ _TETRAHEDRON, _TRIANGLE = np.sqrt(2.0) / 12.0, np.sqrt(3.0) / 4.0
 _TETRAHEDRA, _BY_SKIN = 0.65, 2.7
 # Triangles up to which the surface is meshed to count them.
 _COUNTED = 2e5
+# Processor time and memory for looking at a file: to begin with, and for each byte (usual are 0.5 s
+# and 2e-6 s, 0.2 GiB and 200 bytes).
+_FIRST_S, _S_PER_BYTE = 30, 2e-4
+_FIRST_BYTES, _BYTES_PER_BYTE = 4 << 30, 5000
+# Numbers with a power of ten, and the power that none has.
+_POWER = re.compile(rb"[(,\s]([+-]?\d+\.?\d*[Ee]\+?0*(\d{2,}))")
+_LARGEST_POWER = 30
 _TRIANGLE3 = 2  # gmsh's number of the flat triangle
 _PER_TETRAHEDRON, _PER_SURFACE = 1.0 / 5.6, 0.23
 
@@ -53,11 +65,62 @@ def step_geometry(request: MeshRequest) -> StepGeometry:
     """Look at a STEP file without meshing it.
 
     `request`: file, sizes and sectors; the file's own unit of length is taken into account. Raises
-    MeshingError: the file can't be read or has no solid, or has no equal sectors.
+    MeshingError: the file can't be read or has no solid, solids of unlike material overlap, or
+    there are no equal sectors.
     """
+    size = _size_of(request)
+    found = json.loads(
+        _guarded(
+            request,
+            lambda: json.dumps(asdict(_geometry(request))).encode(),
+            seconds=_FIRST_S + int(_S_PER_BYTE * size),
+            memory_bytes=_FIRST_BYTES + _BYTES_PER_BYTE * size,
+        )
+    )
+    return StepGeometry(
+        **found
+        | {
+            "low_m": tuple(found["low_m"]),
+            "high_m": tuple(found["high_m"]),
+            "expected": PredictedMesh(**found["expected"]),
+        }
+    )
+
+
+def _size_of(request: MeshRequest) -> int:
+    path = Path(request.path)
+    try:
+        content = regular_bytes(path)
+    except ForeignError as error:
+        raise MeshingError(f"{path.name}: {error}") from error
+    # the kernel does not come to an end with coordinates that are beyond all measure
+    for found in _POWER.finditer(content):
+        if int(found[2][-4:]) >= _LARGEST_POWER:
+            line = content.count(b"\n", 0, found.start(1)) + 1
+            raise MeshingError(
+                f"{path.name}: line {line}: {found[1].decode()[:40]} is no length or number of a "
+                "solid; export the solids anew"
+            )
+    return len(content)
+
+
+def _guarded(
+    request: MeshRequest, work: Callable[[], bytes], *, seconds: int | None, memory_bytes: int
+) -> bytes:
+    """Let gmsh work in a child: on damaged numbers its kernel crashes or runs on for ever."""
+    try:
+        return in_child(work, seconds=seconds, memory_bytes=memory_bytes, refused=MeshingError)
+    except ForeignError as error:
+        raise MeshingError(
+            f"{Path(request.path).name}: can not be read as STEP: gmsh's geometry kernel {error}; "
+            "export the solids anew, or repair them in the CAD program"
+        ) from error
+
+
+def _geometry(request: MeshRequest) -> StepGeometry:
     size, sectors = request.step, request.sectors
     assert size is not None
-    with _imported(Path(request.path)) as volumes:
+    with _imported(request) as volumes:
         box = np.array(gmsh.model.getBoundingBox(-1, -1)) * solids.UNIT_M
         if sectors is not None:
             box = np.concatenate(solids.extents_m(request))
@@ -95,9 +158,28 @@ def mesh_step(request: MeshRequest) -> FileMesh:
     them, with periodic cuts. Result: in the unit of the request; labels of solids and faces are
     groups. Raises MeshingError: gmsh can't read or mesh the file, or there are no equal sectors.
     """
+    _size_of(request)
+    memory = int(available_memory_gib() * 1024**3)
+    content = _guarded(request, lambda: _meshed(request), seconds=None, memory_bytes=memory)
+    with np.load(io.BytesIO(content), allow_pickle=False) as found:
+        groups: dict[str, dict[int, IntArray]] = {}
+        for k, (name, block) in enumerate(json.loads(str(found["names"]))):
+            groups.setdefault(name, {})[block] = found[f"group_{k}"]
+        return FileMesh(
+            points=found["points"],
+            blocks=(
+                ElementBlock(kind="tetra10", nodes=found["cells"]),
+                ElementBlock(kind="triangle6", nodes=found["facets"]),
+            ),
+            element_groups=groups,
+        )
+
+
+def _meshed(request: MeshRequest) -> bytes:
+    """The mesh as the bytes of an npz file."""
     size = request.step
     assert size is not None
-    with _imported(Path(request.path)) as volumes:
+    with _imported(request) as volumes:
         if request.sectors is not None:
             volumes = solids.sector_solids(volumes, request)
         volumes = solids.imprint(volumes, request)
@@ -119,14 +201,17 @@ def mesh_step(request: MeshRequest) -> FileMesh:
                     own = groups.setdefault(label, {})
                     mine = np.flatnonzero(rows == k)
                     own[block] = np.concatenate([own[block], mine]) if block in own else mine
-    return FileMesh(
+    named = [(name, block, rows) for name, own in groups.items() for block, rows in own.items()]
+    content = io.BytesIO()
+    np.savez(
+        content,
         points=points,
-        blocks=(
-            ElementBlock(kind="tetra10", nodes=as_vtk(cells)),
-            ElementBlock(kind="triangle6", nodes=facets),
-        ),
-        element_groups=groups,
+        cells=as_vtk(cells),
+        facets=facets,
+        names=json.dumps([(name, block) for name, block, _ in named]),
+        **{f"group_{k}": rows for k, (_, _, rows) in enumerate(named)},
     )
+    return content.getvalue()
 
 
 def _ask(size: StepSize) -> None:
@@ -141,10 +226,9 @@ def _ask(size: StepSize) -> None:
 
 
 @contextmanager
-def _imported(path: Path) -> Iterator[list[int]]:
+def _imported(request: MeshRequest) -> Iterator[list[int]]:
     """Open gmsh with the solids of a file, in millimetres; gives their tags."""
-    if not path.is_file():
-        raise MeshingError(f"{path.name}: there is no such file")
+    path = Path(request.path)
     with gmsh_session():
         gmsh.option.setString("Geometry.OCCTargetUnit", solids.UNIT)
         gmsh.option.setNumber("Geometry.OCCImportLabels", 1)
@@ -159,7 +243,7 @@ def _imported(path: Path) -> Iterator[list[int]]:
                 f"{path.name}: has no solid; a body needs closed volumes, no surfaces alone"
             )
         if len(found) > 1:
-            solids.fragment(found, [])  # those that touch get common faces
+            solids.join(found, request)
         volumes = [tag for _, tag in gmsh.model.getEntities(3)]
         if not sum(gmsh.model.occ.getMass(3, tag) for tag in volumes) > 0.0:
             raise MeshingError(f"{path.name}: its solids have no volume")

@@ -5,6 +5,8 @@ The kernel works in millimetres of the file's own coordinates.
 
 from __future__ import annotations
 
+import itertools
+
 import gmsh
 import numpy as np
 import scipy
@@ -50,8 +52,50 @@ def _turns_of_box(low: FloatArray, high: FloatArray, request: MeshRequest) -> ra
     return range(1 if around else request.sectors or 1)
 
 
+def join(solids: list[Entity], request: MeshRequest) -> None:
+    """Give solids that touch common faces; what two of one material have in common counts once.
+
+    Raises MeshingError: solids overlap that are of unlike material, or by less than an element.
+    """
+    assert request.step is not None
+    names = [label(*entity) for entity in solids]
+    shown = [repr(name) if name else f"solid {k + 1} of the file" for k, name in enumerate(names)]
+    materials = [dict(request.materials).get(name, request.material) for name in names]
+    pieces = _pieces(solids, [])[: len(solids)]
+    for a, b in itertools.combinations(range(len(solids)), 2):
+        common = [e for e in set(pieces[a]) & set(pieces[b]) if e[0] == 3]
+        volume = sum(gmsh.model.occ.getMass(*entity) for entity in common)
+        if not volume > 0.0:
+            continue
+        faces = {f for _, tag in common for f in gmsh.model.getAdjacencies(3, tag)[1]}
+        # of a thin layer with faces on both sides
+        depth = 2.0 * volume / sum(gmsh.model.occ.getMass(2, tag) for tag in faces)
+        unlike = materials[a] != materials[b]
+        if not unlike and depth * UNIT_M >= request.step.smallest_m:
+            continue
+        of = (m.name if m else "no material" for m in (materials[a], materials[b]))
+        centre = gmsh.model.occ.getCenterOfMass(*common[0])
+        place = ", ".join(f"{round(v, 6) + 0.0:.4g}" for v in centre)
+        said = f"they are of {' and '.join(of)}" if unlike else "that is less than an element"
+        raise MeshingError(
+            f"{shown[a]} and {shown[b]} overlap by {depth:.3g} mm, in {volume:.4g} mm³ about "
+            f"({place}) mm, and {said}: whose the common part is, the file does not say. "
+            "Cut it off one of them, so that they touch and are joined; an interference fit is a "
+            "body of sections, [bodies.<name>], with joints and their interference_m"
+        )
+
+
 def fragment(solids: list[Entity], tools: list[Entity]) -> tuple[set[Entity], set[Entity]]:
     """Cut solids along each other and along tools; gives the pieces of both, with labels."""
+    pieces = _pieces(solids, tools)
+    return (
+        {entity for made in pieces[: len(solids)] for entity in made},
+        {entity for made in pieces[len(solids) :] for entity in made},
+    )
+
+
+def _pieces(solids: list[Entity], tools: list[Entity]) -> list[list[Entity]]:
+    """What becomes of every solid and every tool."""
     faces = gmsh.model.getEntities(2)
     given = [*solids, *faces]
     labels = [label(*entity) for entity in given]
@@ -61,11 +105,7 @@ def fragment(solids: list[Entity], tools: list[Entity]) -> tuple[set[Entity], se
         for entity in made:
             if name and entity[0] == dimension:
                 gmsh.model.setEntityName(*entity, name)
-    of_tools = came_from[len(given) :]
-    return (
-        {entity for made in came_from[: len(solids)] for entity in made},
-        {entity for made in of_tools for entity in made},
-    )
+    return [*came_from[: len(solids)], *came_from[len(given) :]]
 
 
 def label(dimension: int, tag: int) -> str:

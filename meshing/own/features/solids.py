@@ -8,7 +8,12 @@ import gmsh
 import numpy as np
 
 from solidwhirl.geometry import Blade, Body, Feature, Flat, Hole, Recess, RingCut, Section, Slot
-from solidwhirl.geometry.feature_shapes import bottom_distance, hole_range, largest_radius
+from solidwhirl.geometry.feature_shapes import (
+    blade_section,
+    bottom_distance,
+    hole_range,
+    largest_radius,
+)
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.own.drawing import drawn_length
 from solidwhirl.meshing.own.features.cut import blade_corners, root_outline, section_named
@@ -115,7 +120,8 @@ def _blade(blade: Blade, section: Section, unit_m: float) -> DimTags:
     corners = blade_corners(blade, section, x)
     if blade.stagger_deg == (0.0, 0.0):
         corners[0] = _within(blade, section, corners[0])
-    if not np.all(corners[:, 1, 1] > corners[:, 0, 1]):
+    chord, thickness, _ = blade_section(blade, section, x)
+    if min(chord.min(), thickness.min()) <= 0.0:
         raise MeshingError(f"blades {blade.name!r}: chord or thickness vanish below the root")
     points = [
         [occ.addPoint(*(drawn_length(float(v), unit_m) for v in (r, *yz))) for yz in of]

@@ -9,10 +9,9 @@ from decimal import Decimal
 from pathlib import Path
 
 from solidwhirl.rotordyn.core.errors import SuperelementError
+from solidwhirl.rotordyn.core.foreign import ForeignError, included
 from solidwhirl.rotordyn.exchange.matrices.foreign_body import file_bytes
 
-_DEEPEST = 4
-_MOST_FILES = 50
 _LARGEST_WHOLE = 10**9
 _REAL = re.compile(r"([+-]?)(\d*\.?\d*)(?:[eEdD]?([+-]?\d{1,3}))?")
 _TOO_SMALL = 1e-99
@@ -62,14 +61,12 @@ class Card:
             raise self.error(f"field {at + 2}: {error}") from error
 
 
-def read_cards(path: Path, files: list[Path], depth: int = 0) -> Iterator[Card]:
+def read_cards(path: Path, files: list[Path]) -> Iterator[Card]:
     """Read the entries behind BEGIN BULK, those of included files too, which `files` then lists.
 
     Raises SuperelementError: a file that can't be read, includes that never end, a line that is no
     entry.
     """
-    if depth > _DEEPEST or len(files) >= _MOST_FILES:
-        raise SuperelementError(f"{path}: is included {depth} deep, or is one file too many")
     lines = file_bytes(path).decode("utf-8", errors="replace").splitlines()
     files.append(path)
     begins = (k + 1 for k, s in enumerate(lines) if s.upper().split()[:2] == ["BEGIN", "BULK"])
@@ -78,7 +75,7 @@ def read_cards(path: Path, files: list[Path], depth: int = 0) -> Iterator[Card]:
         line = lines[number].split("$", 1)[0].expandtabs(8).rstrip()
         if not line:
             continue
-        if line[0] in " +*":
+        if line[0] in " +*,":
             if card is None:
                 raise SuperelementError(f"{path}, line {number + 1}: continues nothing")
             card.fields.extend(_fields(line))
@@ -90,28 +87,16 @@ def read_cards(path: Path, files: list[Path], depth: int = 0) -> Iterator[Card]:
             return
         if head.startswith("INCLUDE"):
             name = line[7:].strip().strip("'\"")
-            included = _included(path, number, name, files[0].parent)
-            yield from read_cards(included, files, depth + 1)
+            try:
+                other = included(path, name, files)
+            except ForeignError as error:
+                raise SuperelementError(f"{path}, line {number + 1}: {error}") from error
+            yield from read_cards(other, files)
             continue
         name = head.replace(",", " ").split()[0][:8].rstrip("*")
         card = Card(path=path, line=number + 1, name=name, fields=_fields(line))
     if card is not None:
         yield card
-
-
-def _included(path: Path, number: int, name: str, folder: Path) -> Path:
-    """The file of an INCLUDE: a file of others' must not name what lies outside its folder."""
-    found = path.parent / name
-    if "\0" in name or not found.resolve().is_relative_to(folder.resolve()):
-        raise SuperelementError(
-            f"{path}, line {number + 1}: INCLUDE names {name[:80]!r}, which lies outside the "
-            "folder of the file; files beside it and below are allowed"
-        )
-    if found.exists() and not found.is_file():
-        raise SuperelementError(
-            f"{path}, line {number + 1}: INCLUDE names {name[:80]!r}, which is no regular file"
-        )
-    return found
 
 
 def _fields(line: str) -> list[str]:
@@ -120,6 +105,8 @@ def _fields(line: str) -> list[str]:
     width, count = (16, 4) if wide else (8, 8)
     if "," in line:
         texts = [text.strip() for text in line.split(",")[1 : count + 1]]
+        if texts and texts[-1] == "+":  # the mark of a continuation, which may come early
+            texts.pop()
         return texts + [""] * (count - len(texts))
     rest = line[8:].ljust(width * count)
     return [rest[width * k : width * (k + 1)].strip() for k in range(count)]

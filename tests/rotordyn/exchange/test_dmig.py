@@ -171,10 +171,10 @@ def test_damage_is_named(tmp_path, message):
 def test_includes_that_never_end_and_files_that_are_not_there(tmp_path):
     path = tmp_path / "body.bdf"
     path.write_text("INCLUDE 'body.bdf'\n")
-    with pytest.raises(SuperelementError, match="is included 5 deep"):
+    with pytest.raises(SuperelementError, match=r"INCLUDE names 'body\.bdf' a second time"):
         read_dmig(path)
     path.write_text("INCLUDE 'other.pch'\n")
-    with pytest.raises(SuperelementError, match=r"other\.pch: no such file"):
+    with pytest.raises(SuperelementError, match=r"names 'other\.pch', which does not exist"):
         read_dmig(path)
     with pytest.raises(SuperelementError, match="the matrices go to a punch file"):
         write_dmig(body(), tmp_path / "a.bdf")
