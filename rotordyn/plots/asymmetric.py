@@ -41,7 +41,7 @@ def lines_chart(
     for least, width in _WIDTHS:
         most = next((w for w, _ in reversed(_WIDTHS) if w > least), np.inf)
         shown = (lines.share >= least) & (lines.share < most)
-        for whirl in ("forward", "backward", "planar"):
+        for whirl in ("forward", "backward", "straight"):
             parts += _curves(lines, shown & _whirls(lines, whirl), whirl, least, width)
     low, high = float(lines.rpm.min()), float(lines.rpm.max())
     if frame == "fixed axes":
@@ -73,9 +73,9 @@ def _whirls(lines: FrequencyLines, whirl: str) -> BoolArray:
     """Where circles of a line turn one way, or neither."""
     part = np.divide(lines.forward, lines.share, out=np.full_like(lines.share, 0.5),
                      where=lines.share > 0)  # fmt: skip
-    planar = np.abs(part - 0.5) <= 0.01
+    straight = np.abs(part - 0.5) <= 0.01
     turned = {"forward": part > 0.5, "backward": part < 0.5}
-    return np.asarray(planar if whirl == "planar" else turned[whirl] & ~planar)
+    return np.asarray(straight if whirl == "straight" else turned[whirl] & ~straight)
 
 
 def _curves(

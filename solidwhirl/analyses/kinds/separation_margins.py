@@ -297,7 +297,7 @@ def margin_chart(entry: Mapping[str, Any]) -> charts.Chart:
                         text=f"operating speed of {o['shaft']}, {low:g} to {high:g} rpm"),
         ]  # fmt: skip
     for whirl in charts.WHIRL_LOOKS:
-        own = [m for m in entry["margins"] if (m["whirl"] or "planar") == whirl]
+        own = [m for m in entry["margins"] if (m["whirl"] or "straight") == whirl]
         if own:
             parts.append(
                 charts.Curve(
