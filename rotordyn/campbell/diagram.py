@@ -163,7 +163,10 @@ def _motion(assembled: AssembledSystem, at_speeds: Sequence[Tracked]) -> Motion:
     shapes = [s.modes.shapes[:, own] for s, own in zip(at_speeds, shown, strict=True)]
     every = motion_of(assembled, np.hstack(shapes))
     size = (at_speeds[0].columns.size, len(at_speeds))
-    whirl, shares = np.full(size, "", dtype=every.whirl.dtype), np.full((*size, len(FAMILIES)), np.nan)
+    whirl, shares = (
+        np.full(size, "", dtype=every.whirl.dtype),
+        np.full((*size, len(FAMILIES)), np.nan),
+    )
     ends = np.cumsum([own.size for own in shown])[:-1]
     for place, (directions, parts) in enumerate(
         zip(np.split(every.whirl, ends), np.split(every.shares, ends), strict=True)

@@ -6,6 +6,7 @@ the part φ_f of a mode φ in any coordinates.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -39,13 +40,23 @@ def energy_shares(placed: Placed, shapes: FloatArray | ComplexArray) -> FloatArr
     Where the inertia of a body couples families, as an eccentric one does, each has half of what is
     in both. Motion without any mass counts as lateral.
     """
+    return shares_of(family_energy(placed, shapes))
+
+
+def family_energy(placed: Placed, shapes: FloatArray | ComplexArray) -> FloatArray:
+    """Return φ_fᴴMφ of each family, shape (m, 4); arguments as of `energy_shares`."""
     energy = np.zeros((shapes.shape[1], len(FAMILIES)))
     for part in _parts(placed):
         motion = part.rows @ shapes[part.columns]
         energy += (motion.conj() * (part.mass @ motion)).real.T @ part.weights
+    return energy
+
+
+def shares_of(energy: FloatArray) -> FloatArray:
+    """Return shares of energies of families, shape (..., 4)."""
     energy = np.maximum(energy, 0.0)
-    energy[energy.sum(axis=1) == 0.0, _LATERAL] = 1.0
-    return np.asarray(energy / energy.sum(axis=1, keepdims=True))
+    energy[energy.sum(axis=-1) == 0.0, _LATERAL] = 1.0
+    return np.asarray(energy / energy.sum(axis=-1, keepdims=True))
 
 
 class _BodyPart(NamedTuple):
@@ -122,3 +133,8 @@ def motion_words(whirl: str, shares: FloatArray) -> str:
 def shares_document(shares: FloatArray) -> dict[str, float]:
     """Return the shares of one mode by family as plain data; `shares`: (4,)."""
     return dict(zip(FAMILIES, shares.tolist(), strict=True))
+
+
+def shares_in(document: Mapping[str, float]) -> FloatArray:
+    """Return the shares of `shares_document` as an array."""
+    return np.array([document[family] for family in FAMILIES])

@@ -107,9 +107,7 @@ def motion_at_speed(
     "straight": any orbit is made of lines there, and none has a sense.
     """
     found = motion_of(assembled, shapes)
-    return found._replace(
-        whirl=turned_with_speed(assembled, found.whirl, eigenvalues, speed_rad_s)
-    )
+    return found._replace(whirl=turned_with_speed(assembled, found.whirl, eigenvalues, speed_rad_s))
 
 
 def turned_with_speed(

@@ -52,8 +52,8 @@ class UnstableInterval(ReadOnlyArrays):
     `speed_rad_s`: Ω of that. `eigenvalue`: λ at the lower end, 1/s; Re λ = 0 to rounding if the
     interval opens. `frequency_hz`, `frequency_end_hz`: |Im λ| / 2π at the lower and at the upper
     end, Hz; 0 for a divergence. `whirl`: at the lower end, of lateral motion "forward", "backward",
-    "mixed" or "straight", else the kind of motion; empty for a divergence. `shape`: mode there in the independent coordinates, shape
-    (n,), largest entry 1; empty for a divergence.
+    "mixed" or "straight", else the kind of motion; empty for a divergence. `shape`: mode there in
+    the independent coordinates, shape (n,), largest entry 1; empty for a divergence.
     """
 
     low_rad_s: float

@@ -13,6 +13,7 @@ from solidwhirl.rotordyn import AssembledSystem, Campbell, Modes, modes_at_speed
 from solidwhirl.rotordyn.campbell.branch_numbers import branch_numbers
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
+from solidwhirl.rotordyn.modes.kinds import motion_words
 from solidwhirl.rotordyn.modes.whirl import motion_at_speed
 from solidwhirl.rotordyn.plots.chart import hertz_text
 from solidwhirl.rotordyn.plots.frame import mode_name

@@ -28,6 +28,7 @@ from solidwhirl.rotordyn.asymmetric.response import held_where_free
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
 from solidwhirl.rotordyn.modes.damping import DampingRule
+from solidwhirl.rotordyn.modes.kinds import kinds
 from solidwhirl.rotordyn.stability.intervals import UnstableInterval
 from solidwhirl.rotordyn.superelement.invariants import Invariant, compared
 
@@ -66,9 +67,7 @@ class Asymmetry:
     @property
     def lateral(self) -> tuple[Resonance, ...]:
         """Critical speeds of lateral motion that is mostly seen once per turn."""
-        return tuple(
-            one for one in self.critical if one.motion == "lateral" and abs(one.multiple) == 1
-        )
+        return tuple(one for one in self.critical if one.moves_laterally and abs(one.multiple) == 1)
 
     def largest_error(self, rule: DampingRule) -> float:
         """Largest error estimate of the resonances of lateral motion that count, nan without."""
@@ -164,6 +163,7 @@ def critical_records(found: Asymmetry) -> tuple[CriticalSpeed, ...]:
             speed_rad_s=one.speed_rad_s / abs(found.frame_ratio),
             frequency_hz=one.speed_rad_s / (2.0 * np.pi),
             whirl="forward" if one.multiple > 0 else "backward",
+            shares=one.shares,
             shape=np.zeros(0, dtype=complex),
             log_decrement=_log_decrement(one),
         )
@@ -179,7 +179,7 @@ def _log_decrement(one: Resonance) -> float:
 def _counts(one: Resonance, rule: DampingRule) -> bool:
     """Whether a resonance is one of lateral motion, with errors, that is not critically damped."""
     limit = 0.5 / rule.amplification_min if rule.amplification_min > 0 else np.inf
-    return one.motion == "lateral" and one.damping_ratio <= limit and one.is_estimated
+    return one.moves_laterally and one.damping_ratio <= limit and one.is_estimated
 
 
 def stability_in_ranges(
@@ -295,6 +295,7 @@ def asymmetry_document(found: Asymmetry) -> dict[str, Any]:
             "share_backward": diagram.backward.tolist(),
             "share_axial": diagram.axial.tolist(),
             "share_in_the_frame": diagram.inside.tolist(),
+            "kind": kinds(diagram.shares).tolist(),
             "growth_rate_per_s": diagram.eigenvalues.real.tolist(),
         },
     }
