@@ -399,12 +399,12 @@ class CriticalSpeedMap(ReadOnlyArrays):
     `speed_rad_s`: Ω of each branch, shape (b, s), rad/s; nan where a branch is above the limit or
     absent. `whirl`: "forward", "backward", "mixed" or "straight", shape (b, s); empty where the
     speed is nan. `likeness`: of the shape to that at the previous stiffness, 0 to 1: the smallest
-    on the way, shape (b, s); 1 where a branch begins, 0 where there is none. `chosen_stiffness_n_per_m`:
-    k_xx and k_yy at rest of the bearings as the system has them, shape (len(bearings), 2).
-    `free_rad_s`, `free_whirl`: critical speeds without the bearings, shape (f,): where the branches
-    come from. Empty as well if a free body then whirls without force at any speed. `rigid_rad_s`,
-    `rigid_whirl`: critical speeds with ux and uy joined rigidly, shape (r,): where the branches go
-    to.
+    on the way, shape (b, s); 1 where a branch begins, 0 where there is none.
+    `chosen_stiffness_n_per_m`: k_xx and k_yy at rest of the bearings as the system has them, shape
+    (len(bearings), 2). `free_rad_s`, `free_whirl`: critical speeds without the bearings, shape
+    (f,): where the branches come from. Empty as well if a free body then whirls without force at
+    any speed. `rigid_rad_s`, `rigid_whirl`: critical speeds with ux and uy joined rigidly, shape
+    (r,): where the branches go to.
     """
 
     bearings: tuple[str, ...]

@@ -41,8 +41,8 @@ class Pencil(NamedTuple):
     `whirl`: "forward" or "backward"; `ALONG_AXIS` for axial motion and torsion; "" for all motions
     of a system that cannot be split. `stiffness`, `mass`, `inertia`: K without the bearings that
     depend on the speed, M and N; Hermitian, real where the system allows it, shape (m, m). `laws`:
-    the bearings that depend on the speed: J and k(Ω). `first`, `second`: coordinates of the system to
-    which x belongs: q[first] = phase x, and q[second] = turn x. `phase`: i for the second of two
+    the bearings that depend on the speed: J and k(Ω). `first`, `second`: coordinates of the system
+    to which x belongs: q[first] = phase x, and q[second] = turn x. `phase`: i for the second of two
     planes which only the spin couples, so that the problem is real, else 1. `turn`: −i forward, +i
     backward, as q e^{iωt} is taken with ω > 0, times the sign of each s in the complex form, one
     for each second; `size`: number of coordinates of the system.

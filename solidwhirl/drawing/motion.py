@@ -82,8 +82,8 @@ class ModeInSpace:
     coordinates: Mapping[str, ComplexArray]
     #: ux, uy of the stations, shape (s, 2)
     center: ComplexArray
-    #: Direction of the orbit of each station: "forward", "backward", "straight", or "" where none is
-    #: drawn
+    #: Direction of the orbit of each station: "forward", "backward", "straight", or "" where none
+    #: is drawn
     senses: tuple[str, ...]
 
 

@@ -112,7 +112,7 @@ def _critical_speeds(diagram: Diagram) -> str:
     entries = [
         _entry(found, k, diagram.estimates)
         for k, found in enumerate(diagram.critical_speeds)
-        if found.critical.counts(rule)
+        if found.critical.counts(rule) and found.excitation.excited
     ]
     block = critical_speeds_block(entries, operating_speeds(scene), scene.speed_ratios())
     if not isinstance(block, Table):
