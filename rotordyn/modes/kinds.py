@@ -11,6 +11,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.coordinates import Placed
 from solidwhirl.rotordyn.core.arrays import (
@@ -20,7 +21,7 @@ from solidwhirl.rotordyn.core.arrays import (
     IntArray,
     StringArray,
 )
-from solidwhirl.rotordyn.superelement.families import FAMILIES, family_weights
+from solidwhirl.rotordyn.superelement.families import FAMILIES, family_form
 
 # A mode of one family has this share of the energy in it. By Rayleigh's quotient a model with that
 # family alone, all others held, finds its frequency within about half of the rest: 5 %.
@@ -60,7 +61,7 @@ def shares_of(energy: FloatArray) -> FloatArray:
 
 
 class _BodyPart(NamedTuple):
-    """Independent coordinates that move a body, its own from these, M and weights of those."""
+    """Independent coordinates that move a body, those of its `FamilyForm` from them, that form."""
 
     columns: IntArray
     rows: FloatArray
@@ -75,8 +76,9 @@ def _parts(placed: Placed) -> tuple[_BodyPart, ...]:
     for name, rotor in placed.system.rotors.items():
         rows = placed.transformation[placed.body_slices[name]]
         columns = np.flatnonzero(rows.any(axis=0))
-        mass, weights = rotor.element.mass, family_weights(rotor.element)
-        found.append(_BodyPart(columns, rows[:, columns], mass, weights))
+        form = family_form(rotor.element)
+        own = la.solve(form.basis, rows[:, columns])
+        found.append(_BodyPart(columns, own, form.mass, form.weights))
     return tuple(found)
 
 

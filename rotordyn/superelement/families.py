@@ -6,59 +6,94 @@ mix them.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import scipy.linalg as la
 
-from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, IntArray
 from solidwhirl.rotordyn.superelement.record import Superelement
 
 #: In the order of weights and shares. A disk motion has two or more nodal diameters, or leaves the
 #: interfaces of its body where they are.
 FAMILIES = ("lateral", "torsional", "axial", "disk")
 _FAMILY_OF = {"ux": 0, "uy": 0, "rx": 0, "ry": 0, "rz": 1, "uz": 2}
-# Modes with a weaker link (squared, relative) to all interfaces have none.
+# Modes that all interfaces excite by less (squared, relative) are excited by none.
 _LINKED = 1e-12
+# Matrix entries below this part of the largest are rounding.
+_ROUNDING = 1e-9
 # A rigid motion has more than this share of the energy of a mode of a free body.
 _RIGID = 0.5
 
 
-def family_weights(element: Superelement) -> FloatArray:
-    """Return how much each coordinate of a body belongs to each family, (n, 4).
+class FamilyForm(NamedTuple):
+    """A body in coordinates that each belong to families, p of q = basis · p.
 
-    Rows add up to 1. Coordinates of interfaces by their component: rz is torsional, uz axial,
-    others are lateral. All others by the interfaces that M and K link them to, directly or through
-    each other: the chances of a walk along the links to end at each. Those that no interface is
-    linked to by how a turn about the axis changes them, if the body knows: not at all (torsional,
-    or axial if points move along the axis), once (lateral), several times (disk).
+    `basis`: (n, n). `mass`: of p, (n, n). `weights`: how much each belongs to each family, (n, 4);
+    rows add up to 1.
     """
-    kept = np.eye(len(FAMILIES))
+
+    basis: FloatArray
+    mass: FloatArray
+    weights: FloatArray
+
+
+def family_form(element: Superelement) -> FamilyForm:
+    """Return a body in Craig-Bampton coordinates and the families of these.
+
+    Motions of interfaces, with all that follows statically, by their component: rz is torsional, uz
+    axial, others are lateral. Fixed-interface modes by the interface motions whose inertia excites
+    them. A mode that none excites is told by how a turn about the axis changes it, if the body
+    knows: not at all (torsional, or axial if points move along the axis), once (lateral), several
+    times (disk).
+    """
     held = np.array([c.kind == "interface" for c in element.coordinates], dtype=bool)
     free = np.flatnonzero(~held)
+    basis = _craig_bampton(element, held, free)
+    mass = basis.T @ element.mass @ basis
+    kept = np.eye(len(FAMILIES))
     weights = np.zeros((element.size, len(FAMILIES)))
     weights[held] = kept[[_FAMILY_OF[c.component] for c in element.coordinates if c.interface]]
-    if not free.size:
-        return weights
-    links = np.zeros((free.size, element.size))
-    for matrix in (element.mass, element.stiffness):
-        size = np.abs(np.diag(matrix))
-        scale = np.outer(size[free], size)
-        squared = matrix[free] ** 2
-        links += np.divide(squared, scale, out=np.zeros_like(squared), where=scale > 0.0)
-    links[np.arange(free.size), free] = 0.0
-    own = kept[[_own_family(element, int(k)) for k in free]]
-    leaving = np.diag(links.sum(axis=1) + _LINKED) - links[:, free]
-    weights[free] = la.solve(leaving, links[:, held] @ weights[held] + _LINKED * own)
-    return weights
+    size = np.diag(mass)
+    scale = np.outer(size[free], size[held])
+    squared = mass[np.ix_(~held, held)] ** 2
+    linked = np.divide(squared, scale, out=np.zeros_like(squared), where=scale > 0.0)
+    by_link = linked @ weights[held]
+    for k, own in zip(free, by_link, strict=True):
+        total = own.sum()
+        weights[k] = own / total if total > _LINKED else kept[_own_family(element, basis[:, k])]
+    return FamilyForm(basis, mass, weights)
 
 
-def _own_family(element: Superelement, k: int) -> int:
-    """Return the family of a coordinate of no interface, by what a turn of the body makes of it."""
+def _craig_bampton(element: Superelement, held: BoolArray, free: IntArray) -> FloatArray:
+    """Return the coordinates from those of interfaces and fixed-interface modes, (n, n)."""
+    basis = np.eye(element.size)
+    inside = np.ix_(free, free)
+    stiffness, mass = element.stiffness[inside], element.mass[inside]
+    across = element.stiffness[np.ix_(free, held)]
+    rest = (across, stiffness - np.diag(np.diag(stiffness)), mass - np.diag(np.diag(mass)))
+    small = _ROUNDING * np.abs(np.diag(element.stiffness)).max(initial=0.0)
+    if all(np.abs(a).max(initial=0.0) <= small for a in rest[:2]) and not rest[2].any():
+        return basis
+    try:
+        basis[np.ix_(free, held)] = -la.solve(stiffness, across, assume_a="sym")
+        basis[inside] = la.eigh(stiffness, mass)[1]
+    except la.LinAlgError:  # what no interface holds
+        return np.eye(element.size)
+    return basis
+
+
+def _own_family(element: Superelement, mode: FloatArray) -> int:
+    """Return the family of a mode that no interface excites, by what a turn of the body makes."""
     if element.spin_generator is None:
         return FAMILIES.index("disk")
-    turns = round(float(la.norm(element.spin_generator[:, k])))
+    turned = element.spin_generator @ mode
+    squared = float(turned @ element.mass @ turned) / float(mode @ element.mass @ mode)
+    turns = round(float(np.sqrt(max(squared, 0.0))))
     if turns:
         return FAMILIES.index("lateral" if turns == 1 else "disk")
-    along = np.abs(element.recovery_modes[:, 2, k]).max(initial=0.0)
+    moved = np.abs(element.recovery_modes @ mode)
+    along = moved[:, 2].max(initial=0.0) > _ROUNDING * moved.max(initial=0.0)
     return FAMILIES.index("axial" if along else "torsional")
 
 
@@ -74,8 +109,8 @@ def free_frequencies_by_family(element: Superelement) -> dict[str, FloatArray]:
     onto = vectors.T @ mass @ rigid
     share = np.einsum("ij,jk,ik->i", onto, np.linalg.pinv(rigid.T @ mass @ rigid), onto)
     elastic = share < _RIGID
-    motion = tied @ vectors[:, elastic]
-    energy = (motion * (element.mass @ motion)).T @ family_weights(element)
-    largest = energy.argmax(axis=1)
+    form = family_form(element)
+    motion = la.solve(form.basis, tied @ vectors[:, elastic])
+    largest = ((motion * (form.mass @ motion)).T @ form.weights).argmax(axis=1)
     hertz = np.sqrt(np.maximum(values[elastic], 0.0)) / (2.0 * np.pi)
     return {family: hertz[largest == k] for k, family in enumerate(FAMILIES)}
