@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.linalg as la
@@ -132,9 +132,9 @@ def motion_words(whirl: str, shares: FloatArray) -> str:
     return kind_words(shares) if whirl == "coupled" else f"{whirl}, {kind_words(shares)}"
 
 
-def shares_document(shares: FloatArray) -> dict[str, float]:
-    """Return the shares of one mode by family as plain data; `shares`: (4,)."""
-    return dict(zip(FAMILIES, shares.tolist(), strict=True))
+def shares_document(shares: FloatArray) -> dict[str, Any]:
+    """Return shares by family as plain data, numbers or lists; `shares`: (..., 4)."""
+    return {family: shares[..., k].tolist() for k, family in enumerate(FAMILIES)}
 
 
 def shares_in(document: Mapping[str, float]) -> FloatArray:

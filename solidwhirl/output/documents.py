@@ -52,7 +52,6 @@ from solidwhirl.rotordyn.modes.kinds import energy_shares, kinds, shares_documen
 from solidwhirl.rotordyn.plots.errors import draw_campbell_errors, draw_critical_speed_errors
 from solidwhirl.rotordyn.storage.files import write_superelement, write_superelement_again
 from solidwhirl.rotordyn.storage.sidecar import superelement_document
-from solidwhirl.rotordyn.superelement.families import FAMILIES
 from solidwhirl.scene.records import ReferenceSpec
 from solidwhirl.scene_reading.paths import leading_steps
 from solidwhirl.scene_reading.reader import scene_hash
@@ -143,8 +142,7 @@ def _beyond_theory(results: Results) -> list[dict[str, Any]]:
 def _rest_kinds(results: Results) -> dict[str, Any]:
     """Return kinds and shares of the modes at rest, asymmetric bodies at the angle 0."""
     shares = energy_shares(results.system, results.at_rest.shapes)
-    parts = {family: shares[:, k].tolist() for k, family in enumerate(FAMILIES)}
-    return {"kind": kinds(shares).tolist(), "shares": parts}
+    return {"kind": kinds(shares).tolist(), "shares": shares_document(shares)}
 
 
 def _numbers(results: Results) -> list[int]:
@@ -193,7 +191,7 @@ def _campbell(results: Results) -> dict[str, Any]:
         "frequency_hz": diagram.frequency_hz.tolist(),
         "whirl": [[w or None for w in branch] for branch in diagram.whirl.tolist()],
         "kind": [[k or None for k in branch] for branch in diagram.kind.tolist()],
-        "shares": {family: diagram.shares[..., k].tolist() for k, family in enumerate(FAMILIES)},
+        "shares": shares_document(diagram.shares),
         "log_decrement": [decrements(branch) for branch in diagram.log_decrement],
         "critically_damped": damped.tolist(),
         "interface_motion": branch_prints(results.system, diagram) if is_even else [],
@@ -376,12 +374,13 @@ def diagrams_of(results: Results) -> dict[str, partial[None]]:
     """
     title = results.scene.title or results.scene.name
     critical = tuple(c.critical for c in results.critical_speeds)
+    excited = tuple(c.critical for c in results.critical_speeds if c.excitation.excited)
     ratios = results.scene.speed_ratios()
     drawn = {
         "campbell.png": partial(
             draw_campbell,
             results.campbell,
-            critical,
+            excited,
             title=title,
             excitation_ratios=ratios,
             operating_rad_s=reference_ranges_rad_s(results.operating),

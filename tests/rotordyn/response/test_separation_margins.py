@@ -10,7 +10,7 @@ from solidwhirl.rotordyn import AnalysisError, critical_speeds
 from solidwhirl.rotordyn.assembly.coordinates import interface_row
 from solidwhirl.rotordyn.assembly.system import matrices_at_speed
 from solidwhirl.rotordyn.modes.damping import amplification_factor
-from solidwhirl.rotordyn.modes.whirl import unbalance_excitation
+from solidwhirl.rotordyn.modes.whirl import excitation_by
 from solidwhirl.rotordyn.response.separation_margins import (
     MarginMethod,
     OperatingRange,
@@ -108,7 +108,7 @@ def test_excited_is_what_an_unbalance_drives_without_bound(ratio, stretch):
         row = critical.shape.conj() @ matrices.mass
         size = abs(row @ np.linalg.solve(dynamic, force))
         quiet = abs(row) @ abs(np.linalg.solve(dynamic + 0.1 * matrices.stiffness, force))
-        excitation = unbalance_excitation(system, critical.shape, ["rotor"])
+        excitation = excitation_by(system, critical.shape, ["rotor"])
         assert excitation.excited is bool(size > 1e3 * quiet), (critical.whirl, size / quiet)
         if stretch == 1.0:
             forward = "forward" if ratio > 0 else "backward"
@@ -118,7 +118,7 @@ def test_excited_is_what_an_unbalance_drives_without_bound(ratio, stretch):
 def test_the_method_decides_and_says_why():
     near, silent = (
         _resonance(1200.0, 3.5, whirl="forward"),
-        _resonance(900.0, np.inf, excited=False),
+        _resonance(900.0, np.inf, exciters=()),
     )
     found = _margins(near, _resonance(400.0, np.inf), silent)
     # 18.5 % asked by the standard
