@@ -139,9 +139,9 @@ def campbell_dataset(campbell: rd.Campbell, errors: rd.CampbellErrors | None = N
     """Return a Campbell diagram as a dataset.
 
     `campbell`: the diagram, b branches at s speeds. `errors`: their estimates; None leaves them
-    out. Returns frequency_hz, log_decrement, eigenvalue_per_s, whirl and kind ("" where a branch has
-    ended) over (branch, speed_rpm), share over family too, with errors frequency_error_estimate and
-    error_parts.
+    out. Returns frequency_hz, log_decrement, eigenvalue_per_s, whirl and kind ("" where a branch
+    has ended) over (branch, speed_rpm), share over family too, with errors frequency_error_estimate
+    and error_parts.
     """
     document = {
         "frequency_hz": campbell.frequency_hz,

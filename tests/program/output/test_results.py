@@ -131,7 +131,7 @@ def test_campbell(document):
     for key in ("frequency_hz", "whirl", "log_decrement"):
         assert [len(branch) for branch in diagram[key]] == [21] * 6, key
     senses = {sense for branch in diagram["whirl"] for sense in branch}
-    assert senses <= {"forward", "backward", "mixed", "planar"}
+    assert senses <= {"forward", "backward", "mixed", "straight"}
     assert {"forward", "backward"} <= senses
     # the first column is the spectrum at rest, computed apart from it
     first = [branch[0] for branch in diagram["frequency_hz"]]
@@ -176,7 +176,7 @@ def test_critical_speeds(document):
         # both shafts turn at the reference speed: synchronous means f = rpm / 60
         assert entry["frequency_hz"] == pytest.approx(entry["speed_rpm"] / 60.0, rel=1e-12)
         assert 0.0 < entry["speed_rpm"] <= 20000.0
-        assert entry["whirl"] in ("forward", "backward", "mixed", "planar")
+        assert entry["whirl"] in ("forward", "backward", "mixed", "straight")
 
 
 # -- the other files ------------------------------------------------------------------------------

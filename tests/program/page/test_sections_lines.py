@@ -52,7 +52,7 @@ def _drawn(kind, name):
     return page_chart(_shown(kind)[name], kind)
 
 
-WHIRLS = st.sampled_from(["forward", "backward", "mixed", "planar", None])
+WHIRLS = st.sampled_from(["forward", "backward", "mixed", "straight", None])
 
 
 @settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])

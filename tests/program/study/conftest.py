@@ -9,7 +9,7 @@ from solidwhirl.rotordyn import Campbell, CriticalSpeed
 from solidwhirl.study.measure import Measured, Usage
 
 TRUE_HZ = np.array([[100.0, 90.0], [100.0, 110.0], [300.0, 280.0], [300.0, 320.0]])
-WHIRL = [["planar", "backward"], ["planar", "forward"]] * 2
+WHIRL = [["straight", "backward"], ["straight", "forward"]] * 2
 
 
 @pytest.fixture
