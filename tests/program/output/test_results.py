@@ -43,12 +43,13 @@ BODY = {
     "assembled", "solved", "solver", "orthogonality_error", "hoop_strain_at_top_speed",
 }  # fmt: skip
 DIAGRAM = ESTIMATE | {
-    "frame", "speed_rpm", "frequency_hz", "whirl", "log_decrement", "critically_damped",
-    "interface_motion", "notes",
+    "frame", "speed_rpm", "frequency_hz", "whirl", "kind", "shares", "log_decrement",
+    "critically_damped", "interface_motion", "notes",
 }  # fmt: skip
 CRITICAL = ESTIMATE | {
-    "speed_rpm", "frequency_hz", "whirl", "log_decrement", "amplification_factor",
-    "critically_damped", "excited_by", "excited", "excited_why", "interface_motion",
+    "speed_rpm", "frequency_hz", "whirl", "kind", "shares", "log_decrement",
+    "amplification_factor", "critically_damped", "shafts", "exciters", "excited_by", "excited",
+    "excited_why", "interface_motion",
 }  # fmt: skip
 
 
@@ -147,7 +148,7 @@ def test_estimates_stand_beside_the_frequencies(document):
         summed = sum(np.array(v) for part, v in parts.items() if part != "interface_coupling")
         np.testing.assert_allclose(summed, total, rtol=1e-12)
     assert set(document["campbell"]["error_parts"]) == PARTS
-    assert set(document["modes_at_rest"]) == {"frequency_hz", "branch", *ESTIMATE}
+    assert set(document["modes_at_rest"]) == {"frequency_hz", "branch", "kind", "shares", *ESTIMATE}
     values = document["modes_at_rest"]["frequency_hz"]
     assert values == sorted(values)
     # 2 x 4 x reduced coordinates at most, fewer by the rigid joints
