@@ -409,7 +409,7 @@ def test_critically_damped_speeds_are_folded_away(laval):
             "shafts": ["rotor"],
             "excited_by": ["rotor"],
             "shares": {"lateral": 1.0, "torsional": 0.0, "axial": 0.0, "disk": 0.0},
-        }  # fmt: skip
+        }
         for k, row in enumerate(rows)
     ]
     document = laval.document | {"critical_speeds": speeds, "operating": [], "analyses": {}}

@@ -135,3 +135,18 @@ def test_the_method_decides_and_says_why():
         verdict = margin_verdict(_margins(_resonance(900.0, 2.6)), MarginMethod(kind=kind))
         assert not verdict.passed
         assert "no margin is enough" in verdict.why
+
+
+def test_torsion_is_judged_by_a_tenth_of_the_speed():
+    """API 617 asks 10 % of torsional natural frequencies, whatever their amplification."""
+    torsional = {"exciters": ("torque",), "whirl": "torsional", "kind": "torsional"}
+    near, far, inside = (_resonance(x, 60.0, **torsional) for x in (1080.0, 1120.0, 900.0))
+    found = _margins(near, far, inside)
+    assert [m.required_api_617 for m in found] == [np.inf, 0.1, 0.1]
+    assert [m.verdict_api_617 for m in found] == ["inside margin", "inside margin", "ok"]
+    assert margin_verdict(_margins(far), MarginMethod()).passed
+    assert margin_verdict(_margins(far), MarginMethod(kind="percent", percent=25.0)).passed
+    assert not margin_verdict(_margins(inside), MarginMethod()).passed
+    # coupled: the larger of both
+    coupled = _margins(_resonance(1120.0, 60.0, exciters=("unbalance", "torque")))
+    assert coupled[0].required_api_617 > 0.2
