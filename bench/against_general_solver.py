@@ -364,7 +364,7 @@ def _critical(system, scene, results, samples):
         listed = [
             c.critical.speed_rad_s
             for c in results.critical_speeds
-            if ratio == abs(system.ratios[c.excited_by[0]])
+            if ratio == abs(system.ratios[c.shafts[0]])
         ]
         for speed, value, rounding in expected:
             factor = abs(value) / (2.0 * abs(value.real)) if value.real else np.inf

@@ -143,10 +143,10 @@ class ReducedScene:
         return stages.estimates_of(self._engine, stages.diagram_of(self._engine))
 
     def draw_campbell(self, path: str | Path) -> None:
-        """Draw the Campbell diagram with its critical speeds to a PNG, SVG or PDF file."""
+        """Draw the Campbell diagram with what unbalance excites to a PNG, SVG or PDF file."""
         draw_campbell(
             self.campbell(),
-            [c.critical for c in self.critical_speeds()],
+            [c.critical for c in self.critical_speeds() if c.excitation.excited],
             path,
             self.scene.title or self.scene.name,
             self.scene.speed_ratios(),

@@ -23,8 +23,6 @@ class ReducedBlock:
     rigid: FloatArray  #: (n, 6) rigid motions about the origin
     present: BoolArray  #: (6,) which of them the block can make
     recovery: FloatArray  #: (m, 3, n) displacement of the recovery points
-    #: Elastic lateral frequencies of the free block at rest, repeated modes repeated
-    lateral_frequencies_hz: FloatArray
     fixed_frequencies_hz: FloatArray
     #: (n, n) change of the coordinates in a small turn of the field about the axis; None if it is
     #: no exchange of coordinates

@@ -253,9 +253,7 @@ def _with_rigid_disks(
         )
     if not request.gyroscopic:  # the disks brought theirs along
         element = replace(element, gyroscopic=np.zeros_like(element.gyroscopic))
-    return replace(
-        element, free_frequencies_hz=superelements.lateral_free_frequencies(element)[:10]
-    )
+    return superelements.with_free_frequencies(element)
 
 
 def _recovery_points(body: AnyBody, mesh: Mesh | None) -> FloatArray:

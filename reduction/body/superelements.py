@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import scipy.linalg
-from scipy.sparse.csgraph import connected_components
 
 from solidwhirl.core.joint_states import JointState
 from solidwhirl.meshing.imported.records import AnyBody, is_asymmetric
@@ -24,12 +23,13 @@ from solidwhirl.reduction.operators.matrices import BodyOperators, turned_mean
 from solidwhirl.reduction.residuals.residual_energy import FinerSpace, Omitted, joined_forms
 from solidwhirl.reduction.solvers.vectors import project, skew, symmetric
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, IntArray, Matrix
+from solidwhirl.rotordyn.superelement.families import free_frequencies_by_family
 from solidwhirl.rotordyn.superelement.invariants import Invariant
 from solidwhirl.rotordyn.superelement.record import Coordinate, InterfaceNode, Superelement
 from solidwhirl.rotordyn.superelement.rigid_body import MassProperties
 from solidwhirl.rotordyn.superelement.validation import Frame
 
-_LATERAL = ("ux", "uy", "rx", "ry")
+_MOST_FREE = 10
 _MATRICES = ("mass", "stiffness", "stress_stiffening", "spin_softening")
 
 
@@ -62,11 +62,9 @@ def reduce_block(operators: BodyOperators, basis: Basis, points_m: FloatArray) -
     )
     coordinates = _family_coordinates(operators, basis, matrices["stiffness"])
     if operators.families == 1:
-        lateral = _free_frequencies(operators, basis, matrices, rigid)
         fixed = np.sqrt(np.maximum(basis.fixed_eigenvalues, 0.0)) / (2.0 * np.pi)
         order = np.arange(n)
     else:
-        lateral = np.repeat(_free_frequencies(operators, basis, matrices, rigid), 2)
         fixed = np.repeat(np.sqrt(np.maximum(basis.fixed_eigenvalues, 0.0)) / (2.0 * np.pi), 2)
         matrices = {name: planes(matrix) for name, matrix in matrices.items()}
         matrices["gyroscopic"] = skew(planes(2j * symmetric(raw)))
@@ -83,7 +81,6 @@ def reduce_block(operators: BodyOperators, basis: Basis, points_m: FloatArray) -
         rigid=rigid[order],
         present=present,
         recovery=recovery[:, :, order],
-        lateral_frequencies_hz=lateral,
         fixed_frequencies_hz=fixed,
         generator=None if generator is None else generator[np.ix_(order, order)],
         signs=signs,
@@ -141,7 +138,7 @@ def build_superelement(
 
     matrices: dict[str, Any] = {name: joined(name) for name in (*_MATRICES, "gyroscopic")}
     recovery = np.concatenate([b.recovery for b in blocks], axis=2)[:, :, order]
-    return Superelement(
+    element = Superelement(
         name=body.name,
         level=request.level,  # type: ignore[arg-type]
         harmonics=tuple(n for n in solved_orders(body, request) if n is not None),
@@ -160,7 +157,7 @@ def build_superelement(
         maximum_speed_rad_s=request.maximum_speed_rad_s,
         recovery_points_m=points_m,
         recovery_modes=recovery,
-        free_frequencies_hz=np.concatenate([b.lateral_frequencies_hz for b in blocks])[:10],
+        free_frequencies_hz=np.empty(0),
         fixed_interface_frequencies_hz=np.sort(
             np.concatenate([b.fixed_frequencies_hz for b in blocks])
         ),
@@ -171,6 +168,13 @@ def build_superelement(
         moments=joined_moments([found.moments for found in orders], order),
         frame=frame,
     )
+    return with_free_frequencies(element)
+
+
+def with_free_frequencies(element: Superelement) -> Superelement:
+    """Return a body with the lowest frequencies of its free lateral motion."""
+    lateral = free_frequencies_by_family(element)["lateral"]
+    return replace(element, free_frequencies_hz=lateral[:_MOST_FREE])
 
 
 def _joined_generator(blocks: Sequence[ReducedBlock], order: IntArray) -> FloatArray | None:
@@ -205,40 +209,6 @@ def mesh_mass_properties(rigid_mass: FloatArray) -> MassProperties:
     return MassProperties(mass, np.array([0.0, 0.0, z]), np.diag([diametral, diametral, polar]))
 
 
-def lateral_free_frequencies(element: Superelement) -> FloatArray:
-    """Elastic frequencies of the free superelement at rest that move it laterally [Hz].
-
-    Lateral coordinates are those that M or K link to an interface's ux, uy, rx or ry; axial
-    motion and torsion of a body of revolution are not linked to them.
-    """
-    # a coordinate that costs no force, such as the one torsion of a body, may be rounded below 0
-    size = [np.sqrt(np.maximum(np.diag(a), 0.0)) for a in (element.mass, element.stiffness)]
-    scale = [np.outer(s, s) for s in size]
-    linked = np.abs(element.mass) > 1e-9 * scale[0]
-    linked |= np.abs(element.stiffness) > 1e-9 * scale[1]
-    _, group = connected_components(linked, directed=False)
-    seeds = {group[k] for k, c in enumerate(element.coordinates) if c.component in _LATERAL}
-    chosen = np.flatnonzero([g in seeds for g in group])
-    values, vectors = scipy.linalg.eigh(
-        element.stiffness[np.ix_(chosen, chosen)], element.mass[np.ix_(chosen, chosen)]
-    )
-    mass = element.mass[np.ix_(chosen, chosen)]
-    rigid = element.rigid_body_modes[chosen][:, element.rigid_body_present]
-    elastic = _elastic(vectors, mass, rigid)
-    return np.asarray(np.sqrt(np.maximum(values[elastic], 0.0)) / (2.0 * np.pi))
-
-
-def _elastic(vectors: Matrix, mass: Matrix, rigid: Matrix) -> BoolArray:
-    """Which M-normalised modes are not rigid motions."""
-    motions = rigid[:, np.any(rigid != 0.0, axis=0)]
-    if not motions.shape[1]:
-        return np.ones(vectors.shape[1], dtype=bool)
-    onto = vectors.conj().T @ mass @ motions
-    gram = motions.conj().T @ mass @ motions
-    share = np.einsum("ij,jk,ik->i", onto, np.linalg.inv(gram), onto.conj())
-    return np.asarray(share.real < 0.5)
-
-
 def _projection(matrix: Any, basis: Basis, comm: Any) -> Matrix:
     """Vᵀ A V, zero where A was not assembled."""
     if matrix is None:
@@ -258,24 +228,6 @@ def _family_coordinates(
         f = float(np.sqrt(max(float(value), 0.0)) / (2.0 * np.pi))
         out.append(Coordinate(kind="modal", interface="", component="q", frequency_hz=f))
     return out
-
-
-def _free_frequencies(
-    operators: BodyOperators,
-    basis: Basis,
-    matrices: Mapping[str, Matrix],
-    rigid: Matrix,
-) -> FloatArray:
-    """Elastic frequencies of order 1 of the free reduced body at rest [Hz], one family."""
-    if operators.harmonic not in (None, 1) or not len(matrices["mass"]):
-        return np.empty(0)
-    values, vectors = scipy.linalg.eigh(matrices["stiffness"], matrices["mass"])
-    elastic = _elastic(vectors, matrices["mass"], rigid)
-    if operators.harmonic is None and operators.circulation is not None:
-        squared = project(operators.circulation, basis.vectors, operators.comm)
-        order = np.sqrt(np.maximum(np.einsum("ik,ij,jk->k", vectors, squared, vectors), 0.0))
-        elastic &= np.abs(order - 1.0) < 0.25
-    return np.asarray(np.sqrt(np.maximum(values[elastic], 0.0)) / (2.0 * np.pi))
 
 
 def _both_families(

@@ -28,6 +28,7 @@ from solidwhirl.rotordyn.asymmetric.response import seen
 from solidwhirl.rotordyn.campbell.diagram import Campbell
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.errors import AnalysisError
+from solidwhirl.rotordyn.modes.kinds import family_energy, kinds, moves_laterally, shares_of
 
 # Harmonics on either side that lines are made of.
 _ORDER = 8
@@ -58,7 +59,8 @@ class RotatingDiagram(ReadOnlyArrays):
     of the lines, (k,). `line_rad_s`: |Im λ + kΩ|, seen in fixed axes, (b, k, s). `forward`,
     `backward`, `axial`: part of each line in the motion of turning interfaces, circles about +z and
     −z, and motion along and about the axis, (b, k, s); their sum over all k is 1. `inside`: part of
-    the frequency |Im λ + kΩ| in the frame, by the kinetic energy, (b, k, s). `errors`: estimates of
+    the frequency |Im λ + kΩ| in the frame, by the kinetic energy, (b, k, s). `shares`: of the
+    kinetic energy by family, see `modes.kinds.energy_shares`, (b, s, 4). `errors`: estimates of
     |δλ| by part, from what bodies left out, 1/s, (b, s).
     """
 
@@ -70,6 +72,7 @@ class RotatingDiagram(ReadOnlyArrays):
     backward: FloatArray
     axial: FloatArray
     inside: FloatArray
+    shares: FloatArray
     errors: Mapping[str, FloatArray]
 
     @property
@@ -122,6 +125,9 @@ def rotating_diagram(
         speeds_rad_s=speeds,
         eigenvalues=values,
         multiples=multiples,
+        shares=np.stack(
+            [_shares(rotating, s, c) for s, c in zip(states, columns, strict=True)], axis=1
+        ),
         errors={p: np.array([[o.get(p, 0.0) for o in c] for c in moved]).T for p in named},
         **dict(zip(_SEEN, seen_at, strict=True)),
     )
@@ -228,6 +234,13 @@ def _main(state: _State) -> ComplexArray:
     return np.asarray(state.parts[len(state.harmonics) // 2])
 
 
+def _shares(rotating: RotatingSystem, state: _State, chosen: IntArray) -> FloatArray:
+    """Shares of families in the kinetic energy of all harmonics together, (c, 4)."""
+    return shares_of(
+        np.sum([family_energy(rotating, part[:, chosen]) for part in state.parts], axis=0)
+    )
+
+
 def _lines(
     rotating: RotatingSystem, state: _State, mode: int, ends: list[End], multiples: IntArray
 ) -> FloatArray:
@@ -279,9 +292,10 @@ def as_campbell(
         np.take_along_axis(a, pick, axis=1)[:, 0]
         for a in (found.line_rad_s / (2.0 * np.pi), found.forward, found.backward)
     )
-    lateral = forward + backward
-    whirl = np.where(forward > backward, "forward", "backward").astype("U8")
-    planar = np.abs(forward - backward) <= _LINE * np.maximum(lateral, _LINE)
+    straight = np.abs(forward - backward) <= _LINE * np.maximum(forward + backward, _LINE)
+    whirl = np.where(forward > backward, "forward", "backward")
+    whirl = np.where(straight, "straight", whirl)
+    whirl = np.where(moves_laterally(found.shares), whirl, kinds(found.shares))
     growth = found.eigenvalues.real
     step = np.diff(found.speeds_rad_s) / (2.0 * np.pi)
     jumps = np.abs(np.diff(hertz)) > _STEEPEST * step + _JUMP * hertz[:, :-1]
@@ -289,7 +303,6 @@ def as_campbell(
         [np.zeros((len(hertz), 1), dtype=int), np.cumsum(jumps, axis=1)], axis=1
     )
     decrement = np.divide(-growth, hertz, out=np.zeros_like(growth), where=hertz > 0)
-    whirl = np.where(planar | (lateral <= 0.5 * _LINE), "planar", whirl)
     rows = [(b, p) for b, own in enumerate(pieces) for p in range(own[-1] + 1)]
     own = np.array([b for b, _ in rows], dtype=int)
     alive = np.array([pieces[b] == p for b, p in rows]).reshape(len(rows), -1)
@@ -300,6 +313,7 @@ def as_campbell(
         frequency_hz=np.where(alive, hertz[own], np.nan),
         log_decrement=np.where(alive, decrement[own], np.nan),
         whirl=np.where(alive, whirl[own], ""),
+        shares=np.where(alive[..., None], found.shares[own], np.nan),
         overlap=np.ones(alive.shape),
         notes=(),
     )

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg as la
@@ -21,8 +21,10 @@ from solidwhirl.rotordyn.asymmetric.errors import dynamic_change
 from solidwhirl.rotordyn.asymmetric.parametric.basis import fastest_rate, held_to, search_basis
 from solidwhirl.rotordyn.asymmetric.periodic import Harmonics, PeriodicSystem
 from solidwhirl.rotordyn.asymmetric.response import dynamic_stiffness, held_where_free, seen
-from solidwhirl.rotordyn.core.arrays import ComplexArray
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyArrays
 from solidwhirl.rotordyn.estimates.eigenvalue_errors import without_forms
+from solidwhirl.rotordyn.modes.kinds import family_energy, kinds, moves_laterally, shares_of
+from solidwhirl.rotordyn.superelement.families import FAMILIES
 
 # Harmonics on either side to begin with, and at most.
 _FIRST, _MOST = 3, 12
@@ -42,24 +44,39 @@ _SINGULAR = 1e-15
 _PARTS = 4
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Resonance:
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class Resonance(ReadOnlyArrays):
     """Hold a speed at which a load that keeps step with the turn is in resonance.
 
     `speed_rad_s`: of the frame. `damping_ratio`: −Im Ω / |Ω| of the complex root; 0: the motion
     grows without limit. `multiple`: of the speed, with its sign (1: forward at the speed, 2: twice,
     −1: backward), that most of the motion of interfaces is seen with in fixed axes; `share`: its
-    part of it. `motion`: what has most of the kinetic energy. `errors`: relative error estimates
-    by part: what bodies left out ("mesh", "mode_truncation"), and how far the last harmonic moved
-    it ("harmonics").
+    part of it. `shares`: of the kinetic energy by family, lateral, torsional, axial and disk,
+    shape (4,). `errors`: relative error estimates by part: what bodies left out ("mesh",
+    "mode_truncation"), and how far the last harmonic moved it ("harmonics").
     """
 
     speed_rad_s: float
     damping_ratio: float
-    motion: Literal["lateral", "axial", "torsion"]
+    shares: FloatArray
     multiple: int
     share: float
     errors: Mapping[str, float]
+
+    @property
+    def motion(self) -> str:
+        """The family with most of the energy."""
+        return FAMILIES[int(self.shares.argmax())]
+
+    @property
+    def kind(self) -> str:
+        """Lateral, torsional, axial, disk or coupled."""
+        return str(kinds(self.shares))
+
+    @property
+    def moves_laterally(self) -> bool:
+        """Whether it is lateral, or coupled with lateral motion."""
+        return bool(moves_laterally(self.shares))
 
     @property
     def error(self) -> float:
@@ -230,7 +247,7 @@ def _resonance(
     return Resonance(
         speed_rad_s=float(now.real),
         damping_ratio=max(0.0, float(abs(now.imag) / abs(now))),
-        motion=_motion(rotating, parts),
+        shares=shares_of(family_energy(rotating, np.stack([*parts.values()], axis=1)).sum(axis=0)),
         multiple=multiple,
         share=share,
         errors=errors,
@@ -282,22 +299,6 @@ def _most_seen(rotating: RotatingSystem, motion: Harmonics) -> tuple[int, float]
         return 0, 0.0
     best = max(sizes, key=lambda m: sizes[m])
     return best * rotating.sense, sizes[best] / total
-
-
-def _motion(rotating: RotatingSystem, motion: Harmonics) -> Literal["lateral", "axial", "torsion"]:
-    """Which of the rigid motions of the bodies have most of the momentum of a motion."""
-    energy = dict.fromkeys(("lateral", "axial", "torsion"), 0.0)
-    for name, rotor in rotating.system.rotors.items():
-        element, rows = rotor.element, rotating.transformation[rotating.body_slices[name]]
-        rigid = element.rigid_body_modes
-        inertia = np.diag(rigid.T @ element.mass @ rigid)
-        for q in motion.values():
-            momentum = np.abs(rigid.T @ element.mass @ (rows @ q)) ** 2
-            own = np.divide(momentum, inertia, out=np.zeros(6), where=inertia > 0)
-            energy["lateral"] += float(own[[0, 1, 3, 4]].sum())
-            energy["axial"] += float(own[2])
-            energy["torsion"] += float(own[5])
-    return max(("lateral", "axial", "torsion"), key=lambda kind: energy[kind])
 
 
 def _distinct(found: Sequence[Resonance]) -> tuple[Resonance, ...]:

@@ -261,7 +261,8 @@ def spatial_fields(
             gyroscopic += in_x @ weight @ in_y.T - in_y @ weight @ in_x.T
             generator += in_y @ in_x.T - in_x @ in_y.T
     has = {c.component for c in coordinates}
-    free = np.sort(np.concatenate([np.repeat(f.free_hz, f.planes) for f in families]))
+    lateral = [np.repeat(f.free_hz, f.planes) for f in families if f.family == "lateral"]
+    free = np.sort(np.concatenate([*lateral, np.empty(0)]))
     return {
         "level": "beam",
         "harmonics": (),

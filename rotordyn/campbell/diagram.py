@@ -22,7 +22,9 @@ from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyAr
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.reprs import lines_of, speed_range
 from solidwhirl.rotordyn.modes.damping import log_decrement
-from solidwhirl.rotordyn.modes.whirl import turned_with_speed, whirl_direction
+from solidwhirl.rotordyn.modes.kinds import kinds
+from solidwhirl.rotordyn.modes.whirl import Motion, motion_of, turned_with_speed
+from solidwhirl.rotordyn.superelement.families import FAMILIES
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -40,7 +42,11 @@ class Campbell(ReadOnlyArrays):
     log_decrement
         −2π Re λ / Im λ, shape (b, s); negative is unstable.
     whirl
-        "forward", "backward", "mixed" or "planar", shape (b, s); empty where there is no branch.
+        "forward", "backward", "mixed" or "straight" of lateral motion, else the kind: "torsional",
+        "axial", "disk", "coupled"; shape (b, s), empty where there is no branch.
+    shares
+        Of the kinetic energy by family, lateral, torsional, axial and disk, shape (b, s, 4); nan
+        where there is no branch.
     overlap
         MAC of each branch to its previous point, 0 to 1: the smallest on the way, shape
         (b, s); 1 where it begins.
@@ -53,8 +59,14 @@ class Campbell(ReadOnlyArrays):
     frequency_hz: FloatArray
     log_decrement: FloatArray
     whirl: StringArray
+    shares: FloatArray
     overlap: FloatArray
     notes: tuple[TrackingNote, ...]
+
+    @property
+    def kind(self) -> StringArray:
+        """Lateral, torsional, axial, disk or coupled, shape (b, s); empty without a branch."""
+        return kinds(self.shares)
 
     def __repr__(self) -> str:
         branches = []
@@ -126,7 +138,7 @@ def _diagram(assembled: AssembledSystem, speeds: FloatArray, at_speeds: list[Tra
         [at_speed.modes.speed_rad_s for at_speed in at_speeds], np.sort(speeds)
     )
     eigenvalues = np.stack([at_speeds[int(i)].values() for i in places], axis=1)
-    whirl = _whirl(assembled, [at_speeds[int(i)] for i in places])
+    motion = _motion(assembled, [at_speeds[int(i)] for i in places])
     overlap = np.ones(eigenvalues.shape)
     for column, (begin, end) in enumerate(pairwise(places), start=1):
         way = [at_speed.overlap for at_speed in at_speeds[int(begin) + 1 : int(end) + 1]]
@@ -138,19 +150,30 @@ def _diagram(assembled: AssembledSystem, speeds: FloatArray, at_speeds: list[Tra
         eigenvalues=eigenvalues,
         frequency_hz=eigenvalues.imag / (2.0 * np.pi),
         log_decrement=log_decrement(eigenvalues),
-        whirl=whirl[:, along],
+        whirl=motion.whirl[:, along],
+        shares=motion.shares[:, along],
         overlap=overlap[:, along],
         notes=branch_notes(assembled, at_speeds[along]),
     )
 
 
-def _whirl(assembled: AssembledSystem, at_speeds: Sequence[Tracked]) -> StringArray:
-    """Return the whirl of the branches at each speed, empty where there is none, (b, s)."""
-    everyone = whirl_direction(assembled, np.hstack([s.modes.shapes for s in at_speeds]))
-    ends = np.cumsum([s.modes.eigenvalues.size for s in at_speeds])
-    whirl = np.full((at_speeds[0].columns.size, len(at_speeds)), "", dtype="<U8")
-    for place, directions in enumerate(np.split(everyone, ends[:-1])):
-        modes, columns = at_speeds[place].modes, at_speeds[place].columns
-        own = turned_with_speed(assembled, directions, modes.eigenvalues, modes.speed_rad_s)
-        whirl[columns >= 0, place] = own[columns[columns >= 0]]
-    return whirl
+def _motion(assembled: AssembledSystem, at_speeds: Sequence[Tracked]) -> Motion:
+    """Return whirl (b, s) and shares (b, s, 4) of the branches at each speed."""
+    shown = [at_speed.columns[at_speed.columns >= 0] for at_speed in at_speeds]
+    shapes = [s.modes.shapes[:, own] for s, own in zip(at_speeds, shown, strict=True)]
+    every = motion_of(assembled, np.hstack(shapes))
+    size = (at_speeds[0].columns.size, len(at_speeds))
+    whirl, shares = (
+        np.full(size, "", dtype=every.whirl.dtype),
+        np.full((*size, len(FAMILIES)), np.nan),
+    )
+    ends = np.cumsum([own.size for own in shown])[:-1]
+    for place, (directions, parts) in enumerate(
+        zip(np.split(every.whirl, ends), np.split(every.shares, ends), strict=True)
+    ):
+        modes, alive = at_speeds[place].modes, at_speeds[place].columns >= 0
+        all_modes = np.full(modes.eigenvalues.size, "", dtype=every.whirl.dtype)
+        all_modes[shown[place]] = directions
+        own = turned_with_speed(assembled, all_modes, modes.eigenvalues, modes.speed_rad_s)
+        whirl[alive, place], shares[alive, place] = own[shown[place]], parts
+    return Motion(whirl, shares)

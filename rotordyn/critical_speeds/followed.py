@@ -11,7 +11,7 @@ from solidwhirl.rotordyn.critical_speeds.refined import Meeting, refined_root
 from solidwhirl.rotordyn.critical_speeds.search import CriticalSpeed
 from solidwhirl.rotordyn.modes.damping import log_decrement
 from solidwhirl.rotordyn.modes.eigen import modes_at_speed
-from solidwhirl.rotordyn.modes.whirl import whirl_at_speed
+from solidwhirl.rotordyn.modes.whirl import motion_at_speed
 
 # A mode further away than this (relative) is another one; one of opposite whirl counts that much.
 _FARTHEST, _OPPOSITE = 0.25, 0.5
@@ -33,7 +33,7 @@ def followed_critical_speeds(
 def _followed(assembled: AssembledSystem, known: CriticalSpeed) -> CriticalSpeed | None:
     ratio, speed = 2.0 * np.pi * known.frequency_hz / known.speed_rad_s, known.speed_rad_s
     modes = modes_at_speed(assembled, speed)
-    directions = whirl_at_speed(assembled, modes.shapes, modes.eigenvalues, speed)
+    directions = motion_at_speed(assembled, modes.shapes, modes.eigenvalues, speed).whirl
     opposite = {"forward": "backward", "backward": "forward"}.get(known.whirl)
     value = known.eigenvalue
     far = np.abs(modes.eigenvalues - value) / abs(value) + _OPPOSITE * (directions == opposite)
@@ -45,11 +45,12 @@ def _followed(assembled: AssembledSystem, known: CriticalSpeed) -> CriticalSpeed
     if root is None:
         return None
     speed, value, shape = root.meeting
-    whirl = whirl_at_speed(assembled, shape[:, None], np.array([value]), speed)
+    motion = motion_at_speed(assembled, shape[:, None], np.array([value]), speed)
     return CriticalSpeed(
         speed_rad_s=speed,
         frequency_hz=ratio * speed / (2.0 * np.pi),
-        whirl=str(whirl[0]),
+        whirl=str(motion.whirl[0]),
+        shares=motion.shares[0],
         shape=shape / shape[np.abs(shape).argmax()],
         log_decrement=float(log_decrement(np.array([value]))[0]),
     )

@@ -22,7 +22,6 @@ from solidwhirl.rotordyn.assembly.system import (
     bearing_matrices,
 )
 from solidwhirl.rotordyn.core.arrays import (
-    BoolArray,
     ComplexArray,
     FloatArray,
     IntArray,
@@ -34,8 +33,14 @@ from solidwhirl.rotordyn.core.reprs import row
 from solidwhirl.rotordyn.critical_speeds.map_supports import uncoupled_supports
 from solidwhirl.rotordyn.critical_speeds.search import checked_excitation
 from solidwhirl.rotordyn.critical_speeds.speed_roots import speed_roots
-from solidwhirl.rotordyn.critical_speeds.whirl_pencils import Pencil, direct_speeds, whirl_pencils
-from solidwhirl.rotordyn.modes.whirl import interface_orbits, separated_whirl, whirl_direction
+from solidwhirl.rotordyn.critical_speeds.whirl_pencils import (
+    ALONG_AXIS,
+    Pencil,
+    direct_speeds,
+    whirl_pencils,
+)
+from solidwhirl.rotordyn.modes.kinds import energy_shares, moves_laterally
+from solidwhirl.rotordyn.modes.whirl import separated_whirl, whirl_direction
 
 # Below this MAC a step of stiffness is halved, and two shapes are not the same branch.
 _GOOD, _POOR = 0.8, 0.4
@@ -220,7 +225,7 @@ class MapSolver:
     @property
     def lateral(self) -> tuple[Pencil, ...]:
         """Pencils of the first family but that of axial motion and torsion."""
-        return tuple(p for p in self.reference.pencils if p.whirl != "planar")
+        return tuple(p for p in self.reference.pencils if p.whirl != ALONG_AXIS)
 
     def _family(self, stiffness: float) -> _Family:
         """Return the family to which a stiffness belongs."""
@@ -246,7 +251,7 @@ class MapSolver:
         speeds, shapes = _solved(pencil, family.assembled.body_rate, self.request.limit)
         full = family.change @ pencil.expand(shapes)
         if pencil.whirl == "":
-            moves = _is_lateral(self.reference.assembled, full)
+            moves = moves_laterally(energy_shares(self.reference.assembled, full))
             speeds = speeds[moves]
             full = separated_whirl(self.reference.assembled, speeds, full[:, moves])
         here = self.reference.pencils[place].reduced(full)
@@ -333,11 +338,6 @@ def _solved(
     return found.speeds_rad_s, found.shapes
 
 
-def _is_lateral(assembled: AssembledSystem, shapes: ComplexArray) -> BoolArray:
-    orbits = interface_orbits(assembled, shapes)
-    return np.asarray((np.abs(orbits.x) + np.abs(orbits.y)).max(axis=0) > 0)
-
-
 def _asymptote(
     assembled: AssembledSystem, pencils: Sequence[Pencil], request: MapRequest
 ) -> tuple[FloatArray, StringArray]:
@@ -346,7 +346,8 @@ def _asymptote(
     for pencil in pencils:
         found, shapes = _solved(pencil, assembled.body_rate, request.limit)
         full = pencil.expand(shapes)
-        kept = np.flatnonzero(_is_lateral(assembled, full) & (found <= request.limit))
+        lateral = moves_laterally(energy_shares(assembled, full))
+        kept = np.flatnonzero(lateral & (found <= request.limit))
         if request.branch_count is not None:
             kept = kept[: request.branch_count * (1 if pencil.whirl else 2)]
         speeds.append(found[kept])
@@ -378,7 +379,7 @@ def rigid_speeds(assembled: AssembledSystem, request: MapRequest) -> tuple[Float
     except AssemblyError:
         # Rigid joints leave nothing that can move.
         return np.empty(0), np.empty(0, dtype="<U8")
-    pencils = [p for p in whirl_pencils(held, request.ratio) if p.whirl != "planar"]
+    pencils = [p for p in whirl_pencils(held, request.ratio) if p.whirl != ALONG_AXIS]
     return _asymptote(held, pencils, request)
 
 
@@ -396,14 +397,14 @@ class CriticalSpeedMap(ReadOnlyArrays):
     `stiffness_n_per_m`: k, rising, shape (s,), N/m; the stiffness at rest times a factor where a
     law depends on the speed. `excitation_ratio`: α: frequency of the excitation over Ω.
     `speed_rad_s`: Ω of each branch, shape (b, s), rad/s; nan where a branch is above the limit or
-    absent. `whirl`: "forward", "backward", "mixed" or "planar", shape (b, s); empty where the speed
-    is nan. `likeness`: of the shape to that at the previous stiffness, 0 to 1: the smallest on the
-    way, shape (b, s); 1 where a branch begins, 0 where there is none. `chosen_stiffness_n_per_m`:
-    k_xx and k_yy at rest of the bearings as the system has them, shape (len(bearings), 2).
-    `free_rad_s`, `free_whirl`: critical speeds without the bearings, shape (f,): where the branches
-    come from. Empty as well if a free body then whirls without force at any speed. `rigid_rad_s`,
-    `rigid_whirl`: critical speeds with ux and uy joined rigidly, shape (r,): where the branches go
-    to.
+    absent. `whirl`: "forward", "backward", "mixed" or "straight", shape (b, s); empty where the
+    speed is nan. `likeness`: of the shape to that at the previous stiffness, 0 to 1: the smallest
+    on the way, shape (b, s); 1 where a branch begins, 0 where there is none.
+    `chosen_stiffness_n_per_m`: k_xx and k_yy at rest of the bearings as the system has them, shape
+    (len(bearings), 2). `free_rad_s`, `free_whirl`: critical speeds without the bearings, shape
+    (f,): where the branches come from. Empty as well if a free body then whirls without force at
+    any speed. `rigid_rad_s`, `rigid_whirl`: critical speeds with ux and uy joined rigidly, shape
+    (r,): where the branches go to.
     """
 
     bearings: tuple[str, ...]

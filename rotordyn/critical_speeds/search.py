@@ -24,7 +24,8 @@ from solidwhirl.rotordyn.critical_speeds.whirl_pencils import (
     separate_pencils,
 )
 from solidwhirl.rotordyn.modes.damping import DampingRule, amplification_factor, log_decrement
-from solidwhirl.rotordyn.modes.whirl import whirl_direction
+from solidwhirl.rotordyn.modes.kinds import kinds
+from solidwhirl.rotordyn.modes.whirl import motion_of
 
 # Systems and ratios whose critical speeds are kept: analyses ask for the same ones. Limits that are
 # closer than this (relative) are one.
@@ -44,7 +45,9 @@ class CriticalSpeed(ReadOnlyArrays):
     frequency_hz
         That frequency, |α| Ω / 2π.
     whirl
-        "forward", "backward", "mixed" or "planar".
+        "forward", "backward", "mixed" or "straight" of lateral motion, else the kind.
+    shares
+        Of the kinetic energy by family: lateral, torsional, axial, disk, shape (4,).
     shape
         Mode in the independent coordinates of the system, shape (n,), complex, largest entry 1.
     log_decrement
@@ -54,6 +57,7 @@ class CriticalSpeed(ReadOnlyArrays):
     speed_rad_s: float
     frequency_hz: float
     whirl: str
+    shares: FloatArray
     shape: ComplexArray
     log_decrement: float
 
@@ -63,6 +67,11 @@ class CriticalSpeed(ReadOnlyArrays):
             f"CriticalSpeed: {rpm:.2f} rpm, {self.frequency_hz:.2f} Hz, {self.whirl}, "
             f"log decrement {self.log_decrement:.3g}"
         )
+
+    @property
+    def kind(self) -> str:
+        """Lateral, torsional, axial, disk or coupled."""
+        return str(kinds(self.shares))
 
     @property
     def eigenvalue(self) -> complex:
@@ -166,17 +175,18 @@ def _found(assembled: AssembledSystem, ratio: float, limit: float) -> tuple[Crit
             "speed_max_rad_s is needed: this system has damping, an unsymmetric or a negative "
             "stiffness, and its branches are followed up to a finite speed"
         )
-    directions = whirl_direction(assembled, shapes)
+    motion = motion_of(assembled, shapes)
     return tuple(
         CriticalSpeed(
             speed_rad_s=float(speed),
             frequency_hz=float(ratio * speed / (2.0 * np.pi)),
             whirl=str(whirl),
+            shares=shares,
             shape=shape / shape[np.abs(shape).argmax()],
             log_decrement=float(decrement),
         )
-        for speed, shape, decrement, whirl in zip(
-            speeds, shapes.T, decrements, directions, strict=True
+        for speed, shape, decrement, whirl, shares in zip(
+            speeds, shapes.T, decrements, motion.whirl, motion.shares, strict=True
         )
     )
 

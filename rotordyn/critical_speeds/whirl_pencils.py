@@ -19,6 +19,8 @@ from solidwhirl.rotordyn.modes.complex_form import ComplexForm, complex_form
 from solidwhirl.rotordyn.modes.split_spectrum import planes_apart
 
 _Law = Callable[[float], FloatArray]
+#: Stands for the whirl of axial motion and torsion.
+ALONG_AXIS = "along the axis"
 
 
 class PencilLaw(NamedTuple):
@@ -36,11 +38,11 @@ class PencilLaw(NamedTuple):
 class Pencil(NamedTuple):
     """Hold D(Ω) = K + Σ Jᴴ k(Ω) J − Ω² N, N = α²M − iαG − K2, on m coordinates x.
 
-    `whirl`: "forward" or "backward"; "planar" for axial motion and torsion; "" for all motions of a
-    system that cannot be split. `stiffness`, `mass`, `inertia`: K without the bearings that depend
-    on the speed, M and N; Hermitian, real where the system allows it, shape (m, m). `laws`: the
-    bearings that depend on the speed: J and k(Ω). `first`, `second`: coordinates of the system to
-    which x belongs: q[first] = phase x, and q[second] = turn x. `phase`: i for the second of two
+    `whirl`: "forward" or "backward"; `ALONG_AXIS` for axial motion and torsion; "" for all motions
+    of a system that cannot be split. `stiffness`, `mass`, `inertia`: K without the bearings that
+    depend on the speed, M and N; Hermitian, real where the system allows it, shape (m, m). `laws`:
+    the bearings that depend on the speed: J and k(Ω). `first`, `second`: coordinates of the system
+    to which x belongs: q[first] = phase x, and q[second] = turn x. `phase`: i for the second of two
     planes which only the spin couples, so that the problem is real, else 1. `turn`: −i forward, +i
     backward, as q e^{iωt} is taken with ω > 0, times the sign of each s in the complex form, one
     for each second; `size`: number of coordinates of the system.
@@ -119,7 +121,7 @@ def whirl_pencils(assembled: AssembledSystem, excitation_ratio: float) -> tuple[
         for sign, whirl in ((-1.0, "backward"), (1.0, "forward"))
     ]
     if form.rest.size:
-        pencils.append(_whole(assembled, excitation_ratio, form.rest, "planar", laws))
+        pencils.append(_whole(assembled, excitation_ratio, form.rest, ALONG_AXIS, laws))
     return tuple(pencils)
 
 

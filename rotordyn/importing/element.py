@@ -12,6 +12,7 @@ import scipy.linalg as la
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.exchange.matrices.foreign_body import ROLES, ForeignBody
 from solidwhirl.rotordyn.importing import checks, rigid_motions, rows
+from solidwhirl.rotordyn.superelement.families import free_frequencies_by_family
 from solidwhirl.rotordyn.superelement.free_body import free_body_problems
 from solidwhirl.rotordyn.superelement.record import Coordinate, InterfaceNode, Superelement
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
@@ -54,7 +55,7 @@ def imported_superelement(
     rigid_motions.check_free_motions(report, scaled, motions, rates)
     given = rows.stated_properties(body, options, length, mass_unit)
     properties = checks.rigid_mass(report, scaled, motions, placed.positions, given)
-    element = _element(name, placed, scaled, motions, properties, rates, body)
+    element = _element(name, placed, scaled, motions, properties, body)
     problems = free_body_problems(element)
     if problems:
         raise report.error("; ".join(problems))
@@ -63,7 +64,11 @@ def imported_superelement(
     if not checks.turn_fits(report, element):
         element = dataclasses.replace(element, spin_generator=None)
     own = {**(provenance or {}), "notes": report.notes}
-    return dataclasses.replace(element, provenance={"model": "imported matrices", "import": own})
+    return dataclasses.replace(
+        element,
+        free_frequencies_hz=free_frequencies_by_family(element)["lateral"][:_MOST_FREQUENCIES],
+        provenance={"model": "imported matrices", "import": own},
+    )
 
 
 def _element(
@@ -72,7 +77,6 @@ def _element(
     scaled: Mapping[str, FloatArray],
     motions: rigid_motions.ImportedMotions,
     properties: tuple[float, FloatArray, FloatArray],
-    rates: FloatArray,
     body: ForeignBody,
 ) -> Superelement:
     n = len(placed.components)
@@ -111,7 +115,7 @@ def _element(
         maximum_speed_rad_s=body.maximum_speed_rad_s,
         recovery_points_m=points,
         recovery_modes=modes,
-        free_frequencies_hz=_elastic_hz(rates, int(motions.present.sum())),
+        free_frequencies_hz=np.empty(0),
         fixed_interface_frequencies_hz=np.sqrt(held.clip(0.0)) / (2.0 * np.pi),
         frequency_error_estimate=np.empty(0),
         spin_generator=scaled.get("spin_generator"),
@@ -132,11 +136,6 @@ def _coordinates(placed: rows.Placed, frequencies_hz: FloatArray) -> tuple[Coord
             placed.owners, placed.components, frequencies_hz, strict=True
         )
     )
-
-
-def _elastic_hz(rates: FloatArray, rigid: int) -> FloatArray:
-    """First frequencies above the rigid motions."""
-    return np.asarray(np.sqrt(rates[rigid : rigid + _MOST_FREQUENCIES].clip(0.0)) / (2.0 * np.pi))
 
 
 def _frequencies(placed: rows.Placed, scaled: Mapping[str, FloatArray]) -> FloatArray:

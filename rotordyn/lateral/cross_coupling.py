@@ -18,6 +18,7 @@ from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.modes.damping import PEAKLESS, log_decrement
 from solidwhirl.rotordyn.modes.eigen import modes_at_speed
 from solidwhirl.rotordyn.modes.frequency_dependent import modes_near
+from solidwhirl.rotordyn.modes.kinds import energy_shares, is_mostly_lateral
 from solidwhirl.rotordyn.modes.whirl import interface_orbits
 
 # Steps over the range that is asked for, doublings of it in search of the loss of stability, and
@@ -28,7 +29,7 @@ _PLACED = 1e-9
 # Shapes of the same mode at neighbouring steps agree to this (MAC).
 _SAME = 0.8
 # Eigenvalues closer than this (relative) are equal; net whirl below this is none.
-_EQUAL, _PLANAR = 1e-6, 1e-9
+_EQUAL, _NO_WHIRL = 1e-6, 1e-9
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -92,7 +93,8 @@ def first_forward_mode(
         (np.abs(orbits.x + 1j * s * orbits.y) ** 2).sum(axis=0) for s in (sense, -sense)
     )
     net = (along - against) / np.maximum(along + against, np.finfo(float).tiny)
-    goes = np.flatnonzero((net > _PLANAR) & (modes.damping_ratio < PEAKLESS))
+    lateral = is_mostly_lateral(energy_shares(assembled, modes.shapes))
+    goes = np.flatnonzero((net > _NO_WHIRL) & (modes.damping_ratio < PEAKLESS) & lateral)
     if not goes.size:
         raise AnalysisError(f"no mode whirls forward at {speed_rad_s:.6g} rad/s")
     values = modes.eigenvalues

@@ -18,7 +18,7 @@ from solidwhirl.rotordyn.assembly.system import (
 from solidwhirl.rotordyn.core.arrays import ComplexArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.critical_speeds.undamped import undamped_critical_speeds
-from solidwhirl.rotordyn.modes.whirl import unbalance_excitation
+from solidwhirl.rotordyn.modes.whirl import excitation_by
 from solidwhirl.rotordyn.response.static import static_equilibrium
 from solidwhirl.rotordyn.superelement.record import Superelement
 
@@ -164,7 +164,7 @@ def excited_critical_speeds(
         found = [
             (float(ratio * speed), shape)
             for speed, shape in zip(speeds, shapes.T, strict=True)
-            if speed > 0.0 and unbalance_excitation(assembled, shape, bodies).excited
+            if speed > 0.0 and excitation_by(assembled, shape, bodies).excited
         ]
         if found:
             return found if limit == limit_rad_s else found[:1]

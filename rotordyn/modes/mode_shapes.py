@@ -19,7 +19,7 @@ from solidwhirl.rotordyn.core.arrays import (
 )
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.modes.eigen import Modes
-from solidwhirl.rotordyn.modes.whirl import interface_orbits, whirl_at_speed
+from solidwhirl.rotordyn.modes.whirl import interface_orbits, motion_at_speed
 from solidwhirl.rotordyn.superelement.centreline import centreline_motion, interface_rows
 
 # A mode whose largest deflection times the root of the mass is below this has no lateral motion
@@ -71,14 +71,16 @@ class ModeShapes(ReadOnlyArrays):
     """Hold the lateral shapes of the modes of a system at one speed.
 
     `speed_rad_s`: Ω, rad/s. `eigenvalues`: λ in 1/s, shape (m,). `whirl`: "forward", "backward",
-    "mixed" or "planar", shape (m,). `bodies`: shapes of every body. A mode without lateral motion
-    (axial, torsion, disk modes with two and more nodal diameters) is zero throughout. `numbers`:
-    what the modes are called, 0 for no number; None counts them.
+    "mixed" or "straight" of lateral motion, else the kind, shape (m,). `shares`: of the kinetic
+    energy by family: lateral, torsional, axial, disk, shape (m, 4). `bodies`: shapes of every body.
+    A mode without lateral motion is zero throughout. `numbers`: what the modes are called, 0 for no
+    number; None counts them.
     """
 
     speed_rad_s: float
     eigenvalues: ComplexArray
     whirl: StringArray
+    shares: FloatArray
     bodies: tuple[BodyShape, ...]
     numbers: tuple[int, ...] | None = None
 
@@ -133,10 +135,12 @@ def mode_shapes(
         )
         for name, line, nodes, along, at in raw
     )
+    motion = motion_at_speed(assembled, modes.shapes, modes.eigenvalues, modes.speed_rad_s)
     return ModeShapes(
         speed_rad_s=modes.speed_rad_s,
         eigenvalues=modes.eigenvalues,
-        whirl=whirl_at_speed(assembled, modes.shapes, modes.eigenvalues, modes.speed_rad_s),
+        whirl=motion.whirl,
+        shares=motion.shares,
         bodies=bodies,
         numbers=None if numbers is None else tuple(int(k) for k in numbers),
     )

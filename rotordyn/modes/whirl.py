@@ -1,4 +1,4 @@
-"""Whirl direction of modes, from the orbits of the interface nodes; what unbalance can excite."""
+"""Whirl of modes, from their kind and the orbits of the interface nodes; what excites them."""
 
 from __future__ import annotations
 
@@ -20,6 +20,13 @@ from solidwhirl.rotordyn.core.arrays import (
     StringArray,
     real_times,
     together,
+)
+from solidwhirl.rotordyn.modes.kinds import (
+    energy_shares,
+    kind_words,
+    kinds,
+    moves_laterally,
+    moves_torsionally,
 )
 
 # Orbits smaller than this fraction of the largest of the mode do not decide.
@@ -45,50 +52,62 @@ class Orbits(NamedTuple):
     y: ComplexArray
 
 
+class Motion(NamedTuple):
+    """How modes move: `whirl` of m modes, and `shares` of their energy by family, (m, 4)."""
+
+    whirl: StringArray
+    shares: FloatArray
+
+
 def whirl_direction(assembled: AssembledSystem, shapes: ComplexArray) -> StringArray:
     """Tell whether the orbits of each mode turn with the reference shaft or against it.
 
     `shapes`: modes φ of q = φ e^{iωt}, ω > 0, in its independent coordinates, shape (n, m). Shape
     (m,): "forward" if all orbits turn with +Ω, "backward" if all turn against it, "mixed" if some
-    do either, "planar" if all are lines.
+    do either, "straight" if all are lines. Modes without lateral motion have none of these but
+    their kind: "torsional", "axial", "disk", or "coupled" of these.
 
     An orbit is the sum of a forward circle of radius |X + iY|/2 and a backward one of |X − iY|/2.
     Orbits at all interface nodes count, save those below 1/100 of the largest; a line is one with
     an axis ratio below 1/1000. Where no interface node translates, the path of the tilting axis
-    is taken. A mode without lateral motion at the interfaces (axial, torsion, disk modes with two
-    and more nodal diameters) is "planar".
+    is taken.
     """
+    return motion_of(assembled, shapes).whirl
+
+
+def motion_of(assembled: AssembledSystem, shapes: ComplexArray) -> Motion:
+    """Return `whirl_direction` and `energy_shares` of modes; `shapes`: as there, (n, m)."""
+    shares = energy_shares(assembled, shapes)
     orbits = interface_orbits(assembled, shapes)
-    if orbits.x.size == 0:
-        return np.full(shapes.shape[1], "planar")
     forward = 0.5 * np.abs(orbits.x + 1j * orbits.y)
     backward = 0.5 * np.abs(orbits.x - 1j * orbits.y)
     major = forward + backward
-    counts = (major >= _SMALL_ORBIT * major.max(axis=0)) & (major > 0)
+    counts = (major >= _SMALL_ORBIT * major.max(axis=0, initial=0.0)) & (major > 0)
     round_orbit = counts & (np.abs(forward - backward) >= _LINE * major)
     any_forward = (round_orbit & (forward > backward)).any(axis=0)
     any_backward = (round_orbit & (forward < backward)).any(axis=0)
-    return np.select(
+    sense = np.select(
         [any_forward & any_backward, any_forward, any_backward],
         ["mixed", "forward", "backward"],
-        default="planar",
+        default="straight",
     )
+    return Motion(np.where(moves_laterally(shares), sense, kinds(shares)), shares)
 
 
-def whirl_at_speed(
+def motion_at_speed(
     assembled: AssembledSystem,
     shapes: ComplexArray,
     eigenvalues: ComplexArray,
     speed_rad_s: float,
-) -> StringArray:
-    """Tell how modes whirl relative to the turning reference shaft, as `whirl_direction`.
+) -> Motion:
+    """Return how modes move relative to the turning reference shaft, as `motion_of`.
 
     `shapes`, `eigenvalues`: modes at the speed, shapes (n, m) and (m,). `speed_rad_s`: Ω, rad/s. At
-    rest a mode of a system without damping, and one that shares its eigenvalue with another, is
-    "planar": any orbit is made of lines there, and none has a sense.
+    rest lateral motion of a system without damping, or that shares its eigenvalue with another, is
+    "straight": any orbit is made of lines there, and none has a sense.
     """
-    directions = whirl_direction(assembled, shapes)
-    return turned_with_speed(assembled, directions, eigenvalues, speed_rad_s)
+    found = motion_of(assembled, shapes)
+    return found._replace(whirl=turned_with_speed(assembled, found.whirl, eigenvalues, speed_rad_s))
 
 
 def turned_with_speed(
@@ -97,11 +116,12 @@ def turned_with_speed(
     eigenvalues: ComplexArray,
     speed_rad_s: float,
 ) -> StringArray:
-    """Return `whirl_direction` of all modes at a speed as `whirl_at_speed` tells it, (m,)."""
+    """Return `whirl_direction` of all modes at a speed as `motion_at_speed` tells it, (m,)."""
     if speed_rad_s == 0:
         near = _equal(eigenvalues)
         lines = (near.sum(axis=1) > 1) | assembled.is_conservative
-        return np.where(lines, "planar", directions)
+        whirls = np.isin(directions, ("forward", "backward", "mixed"))
+        return np.where(lines & whirls, "straight", directions)
     if speed_rad_s < 0:
         swap = {"forward": "backward", "backward": "forward"}
         return np.array([swap.get(str(d), str(d)) for d in directions], dtype=directions.dtype)
@@ -151,16 +171,6 @@ def _net_circles(assembled: AssembledSystem, shapes: ComplexArray) -> ComplexArr
     x, y = np.concatenate((translation, tilt)).swapaxes(0, 1)
     forward, backward = x + 1j * y, x - 1j * y
     return np.asarray(forward.conj().T @ forward - backward.conj().T @ backward)
-
-
-def moves_laterally(assembled: AssembledSystem, shape: ComplexArray) -> bool:
-    """Tell whether a mode moves any interface across the axis.
-
-    `shape`: in its independent coordinates, shape (n,). Returns false for axial motion, torsion and
-    disk modes of two and more nodal diameters.
-    """
-    orbits = interface_orbits(assembled, shape[:, None])
-    return bool(orbits.x.any() or orbits.y.any())
 
 
 def interface_orbits(assembled: AssembledSystem, shapes: ComplexArray) -> Orbits:
@@ -225,18 +235,31 @@ def rotor_length(system: System) -> float:
 
 
 class Excitation(NamedTuple):
-    """Whether an unbalance can excite a mode, and why or why not."""
+    """What of some bodies can excite a mode.
 
-    excited: bool
+    `exciters`: "unbalance", "torque"; empty: neither. `bodies`: those whose unbalance does. `why`:
+    why an unbalance does or does not.
+    """
+
+    exciters: tuple[str, ...]
+    bodies: tuple[str, ...]
     why: str
 
+    @property
+    def excited(self) -> bool:
+        """Whether an unbalance of one of the bodies excites the mode."""
+        return "unbalance" in self.exciters
 
-def unbalance_excitation(
+
+def excitation_by(
     assembled: AssembledSystem, shape: ComplexArray, bodies: Sequence[str]
 ) -> Excitation:
-    """Tell whether the unbalance of bodies can excite a mode.
+    """Tell what of some bodies that turn can excite a mode.
 
     `shape`: mode φ of q = φ e^{iωt}, ω > 0, in its independent coordinates, shape (n,).
+
+    Unbalance acts on lateral motion of its body, and of coupled modes on their lateral part; a
+    torque on torsion. What else a mode of another kind moves is too little to be excited by it.
 
     An unbalance turns with its body. In an isotropic system orbits of modes are circles, and those
     that turn the other way take no energy from it; otherwise orbits are ellipses, which hold a
@@ -246,23 +269,41 @@ def unbalance_excitation(
     turns with it, |X + iY|/2 for a body that turns with the reference shaft and |X − iY|/2 for
     one that turns against it (Genta 2005, Dynamics of Rotating Systems, section 5.7).
     """
-    if not moves_laterally(assembled, shape):
-        return Excitation(False, "no lateral motion")
+    shares = energy_shares(assembled, shape[:, None])[0]
     turning = [b for b in bodies if assembled.system.rotors[b].speed_ratio != 0]
-    if any(_circle(assembled, shape, body, 1.0) for body in turning):
-        return Excitation(True, "orbits have a part that turns with the shaft")
+    twisted: tuple[str, ...] = ()
+    if moves_torsionally(shares) and _twists(assembled, shape, turning):
+        twisted = ("torque",)
+    if not moves_laterally(shares):
+        why = f"{kind_words(shares)}: unbalance excites lateral motion"
+        return Excitation(twisted, (), why)
+    with_shaft = tuple(b for b in turning if _circle(assembled, shape, b, 1.0))
+    if with_shaft:
+        why = "orbits have a part that turns with the shaft"
+        return Excitation(("unbalance", *twisted), with_shaft, why)
     if any(_circle(assembled, shape, body, -1.0) for body in turning):
-        return Excitation(False, "orbits are circles that turn against the shaft")
-    return Excitation(False, "the mode does not move the shaft")
+        return Excitation(twisted, (), "orbits are circles that turn against the shaft")
+    return Excitation(twisted, (), "the mode does not move the shaft")
+
+
+def _twists(assembled: AssembledSystem, shape: ComplexArray, bodies: Sequence[str]) -> bool:
+    """Whether an interface of one of some bodies turns about the axis."""
+    turn = np.abs(_interface_motion(assembled, shape[:, None])[:, 5, 0])
+    own = np.isin(_owners(assembled), bodies)
+    return bool(turn[own].max(initial=0.0) > _NO_CIRCLE * turn.max(initial=0.0))
+
+
+def _owners(assembled: AssembledSystem) -> list[str]:
+    """Return the body of each interface node."""
+    rotors = assembled.system.rotors
+    return [name for name, rotor in rotors.items() for _ in rotor.element.interfaces]
 
 
 def _circle(assembled: AssembledSystem, shape: ComplexArray, body: str, turn: float) -> bool:
     """Whether the orbits of a body have a part that turns with it (turn 1) or against it (−1)."""
     orbits = interface_orbits(assembled, shape[:, None])
-    rotors = assembled.system.rotors
-    owners = [name for name, rotor in rotors.items() for _ in rotor.element.interfaces]
-    own = np.array([name == body for name in owners])
-    sense = turn * np.sign(rotors[body].speed_ratio)
+    own = np.isin(_owners(assembled), body)
+    sense = turn * np.sign(assembled.system.rotors[body].speed_ratio)
     circles = 0.5 * np.abs(orbits.x + 1j * sense * orbits.y)[own]
     largest = np.maximum(np.abs(orbits.x), np.abs(orbits.y)).max()
     return bool(circles.max(initial=0.0) > _NO_CIRCLE * largest)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray
+from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, StringArray
 from solidwhirl.rotordyn.plots import chart as charts
 
 # Widths of lines by their part of the motion; those with less are not drawn.
@@ -19,14 +19,16 @@ class FrequencyLines:
     """Lines that branches are seen at, over the speed.
 
     `rpm`: (s,). `multiples`: k, (k,). `hertz`: (b, k, s). `share`, `forward`: part of each line in
-    the motion of its branch, and of its circles about +z in it, (b, k, s).
+    the motion of its branch, and of its circles about +z in it, (b, k, s); None: not told. `kind`:
+    of the branches, (b, s).
     """
 
     rpm: FloatArray
     multiples: Sequence[int]
     hertz: FloatArray
     share: FloatArray
-    forward: FloatArray
+    forward: FloatArray | None
+    kind: StringArray
 
 
 def lines_chart(
@@ -41,8 +43,9 @@ def lines_chart(
     for least, width in _WIDTHS:
         most = next((w for w, _ in reversed(_WIDTHS) if w > least), np.inf)
         shown = (lines.share >= least) & (lines.share < most)
-        for whirl in ("forward", "backward", "planar"):
-            parts += _curves(lines, shown & _whirls(lines, whirl), whirl, least, width)
+        whirls = _whirls(lines)
+        for whirl in ("lateral", *charts.WHIRL_LOOKS):
+            parts += _curves(lines, shown & (whirls == whirl), whirl, least, width)
     low, high = float(lines.rpm.min()), float(lines.rpm.max())
     if frame == "fixed axes":
         for factor in (1, 2):
@@ -69,13 +72,16 @@ def lines_chart(
     )
 
 
-def _whirls(lines: FrequencyLines, whirl: str) -> BoolArray:
-    """Where circles of a line turn one way, or neither."""
-    part = np.divide(lines.forward, lines.share, out=np.full_like(lines.share, 0.5),
-                     where=lines.share > 0)  # fmt: skip
-    planar = np.abs(part - 0.5) <= 0.01
-    turned = {"forward": part > 0.5, "backward": part < 0.5}
-    return np.asarray(planar if whirl == "planar" else turned[whirl] & ~planar)
+def _whirls(lines: FrequencyLines) -> StringArray:
+    """How circles of a line turn; of branches without lateral motion their kind, (b, k, s)."""
+    whirl = np.full(lines.share.shape, "lateral", dtype="<U9")
+    if lines.forward is not None:
+        part = np.divide(lines.forward, lines.share, out=np.full_like(lines.share, 0.5),
+                         where=lines.share > 0)  # fmt: skip
+        whirl = np.where(part > 0.5, "forward", "backward").astype("<U9")
+        whirl[np.abs(part - 0.5) <= 0.01] = "straight"
+    kind = np.broadcast_to(lines.kind[:, None], whirl.shape)
+    return np.where(np.isin(kind, ("lateral", "coupled")), whirl, kind)
 
 
 def _curves(

@@ -12,6 +12,7 @@ from solidwhirl.rotordyn.campbell.diagram import Campbell
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.critical_speeds.search import CriticalSpeed
+from solidwhirl.rotordyn.modes.kinds import motion_words
 from solidwhirl.rotordyn.plots import chart as charts
 from solidwhirl.rotordyn.plots.matplotlib_chart import draw_charts
 
@@ -41,8 +42,11 @@ class CampbellView:
 
     #: Marked by rings
     critical_speeds: Sequence[CriticalSpeed] = ()
-    #: What a reader is told at each of them; empty: its speed and frequency alone
+    #: What a reader is told at each of them; empty: how it moves alone
     critical_texts: Sequence[str] = ()
+    #: Crossings that nothing excites, small marks that wait to be asked for, and their texts
+    crossings: Sequence[CriticalSpeed] = ()
+    crossing_texts: Sequence[str] = ()
     #: Ratio of each excitation line by name, such as the speed ratio of each shaft; the line is
     #: |ratio| · Ω, drawn once for equal |ratio|
     excitation_ratios: Mapping[str, float]
@@ -84,6 +88,7 @@ def campbell_chart(campbell: Campbell, view: CampbellView) -> charts.Chart:
         *charts.branch_curves(rpm, hertz, whirl, words),
         *([charts.Toggle(label=_DAMPED, marks=faint)] if faint else []),
         *_rings(view, last, top),
+        *_crossings(view, last, top),
         *_note_marks(campbell),
         *unstable_spans(view.unstable_rad_s),
     ]
@@ -114,10 +119,8 @@ def damping_chart(campbell: Campbell) -> charts.Chart:
     bottom = min(1.2 * smallest, -0.08 * top)
     first, last = float(rpm.min()), float(rpm.max())
     texts = [
-        [f"branch {b + 1}, {w or 'none'}\n{f:.6g} Hz" for w, f in zip(whirl, hertz, strict=True)]
-        for b, (whirl, hertz) in enumerate(
-            zip(campbell.whirl.tolist(), campbell.frequency_hz.tolist(), strict=True)
-        )
+        [f"branch {b + 1}, {_how(campbell, b, s)}\n{f:.6g} Hz" for s, f in enumerate(hertz)]
+        for b, hertz in enumerate(campbell.frequency_hz.tolist())
     ]
     parts: list[charts.Part] = [
         charts.Span(low=bottom, high=0.0, along="y", text="unstable", look=UNSTABLE),
@@ -243,7 +246,7 @@ def _point_texts(campbell: Campbell, view: CampbellView) -> list[list[str]]:
     for b, branch in enumerate(campbell.log_decrement):
         row = []
         for s, decrement in enumerate(branch):
-            words = [f"branch {b + 1}, {campbell.whirl[b, s] or 'none'}"]
+            words = [f"branch {b + 1}, {_how(campbell, b, s)}"]
             if abs(decrement) > UNDAMPED:
                 words.append(f"log. decrement {decrement:.4g}")
             if damped[b, s]:
@@ -253,6 +256,12 @@ def _point_texts(campbell: Campbell, view: CampbellView) -> list[list[str]]:
             row.append("\n".join(words))
         out.append(row)
     return out
+
+
+def _how(campbell: Campbell, b: int, s: int) -> str:
+    """How a branch moves at a speed."""
+    whirl = str(campbell.whirl[b, s])
+    return motion_words(whirl, campbell.shares[b, s]) if whirl else "none"
 
 
 def _damped_curves(
@@ -315,23 +324,37 @@ def excitation_lines(ratios: Mapping[str, float], last: float, top: float) -> ch
 
 def _rings(view: CampbellView, last: float, top: float) -> list[charts.Curve]:
     """Critical speeds inside the frame."""
-    found = [
+    found = (view.critical_speeds, view.critical_texts, "critical speed", charts.RING)
+    return _meetings(*found, last, top)
+
+
+def _crossings(view: CampbellView, last: float, top: float) -> list[charts.Toggle]:
+    """Crossings that nothing excites."""
+    name = "crossing, not excited"
+    look = charts.Look("@muted", "", "circle-open", 6)
+    marks = _meetings(view.crossings, view.crossing_texts, name, look, last, top)
+    return [charts.Toggle(label=name, marks=marks, is_shown=False)] if marks else []
+
+
+def _meetings(
+    found: Sequence[CriticalSpeed],
+    texts: Sequence[str],
+    name: str,
+    look: charts.Look,
+    last: float,
+    top: float,
+) -> list[charts.Curve]:
+    """Marks where branches meet the excitation, inside the frame."""
+    told = texts or [motion_words(c.whirl, c.shares) for c in found]
+    rows = [
         (c.speed_rad_s * RPM_PER_RAD_S, c.frequency_hz, text)
-        for c, text in zip(
-            view.critical_speeds,
-            view.critical_texts or [c.whirl for c in view.critical_speeds],
-            strict=True,
-        )
+        for c, text in zip(found, told, strict=True)
     ]
-    shown = [row for row in found if row[0] <= last * (1.0 + 1e-9) and row[1] <= top]
+    shown = [row for row in rows if row[0] <= last * (1.0 + 1e-9) and row[1] <= top]
     if not shown:
         return []
-    x, y, texts = zip(*shown, strict=True)
-    return [
-        charts.Curve(
-            x=np.array(x), y=np.array(y), name="critical speed", look=charts.RING, texts=texts
-        )
-    ]
+    x, y, said = zip(*shown, strict=True)
+    return [charts.Curve(x=np.array(x), y=np.array(y), name=name, look=look, texts=said)]
 
 
 def _note_marks(campbell: Campbell) -> list[charts.Part]:
@@ -376,7 +399,7 @@ def _listed(critical_speeds: Sequence[CriticalSpeed]) -> tuple[str, ...]:
     if not critical_speeds:
         return ()
     rows = [
-        f"{c.speed_rad_s * RPM_PER_RAD_S:.0f}  {c.whirl}"
+        f"{c.speed_rad_s * RPM_PER_RAD_S:.0f}  {motion_words(c.whirl, c.shares)}"
         for c in sorted(critical_speeds, key=lambda c: c.speed_rad_s)[:_LISTED]
     ]
     more = len(critical_speeds) - _LISTED
@@ -387,7 +410,7 @@ def _caption(campbell: Campbell, view: CampbellView) -> str:
     text = (
         "Whirl shows by colour, dashes and mark: forward full lines with filled circles, backward "
         "dashed lines with open squares. Thin lines are the frequency at which the unbalance of a "
-        "shaft turns; where one meets a branch is a critical speed (ring)."
+        "shaft turns; where it meets a branch that it excites is a critical speed (ring)."
     )
     damped = view.where_damped(campbell)
     if damped.any():

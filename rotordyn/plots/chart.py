@@ -28,7 +28,7 @@ class Look:
     """Colour, dashes and mark of what is drawn.
 
     `color` is a number with # or one of @ink, @muted, @faint, @paper, @forward, @backward,
-    @mixed, @planar, @band, @good, @bad, @c0 to @c7, with an opacity behind it as in "@ink/0.5".
+    @mixed, @straight, @band, @good, @bad, @c0 to @c7, with an opacity behind it as in "@ink/0.5".
     `dash` is "" without a line, `mark` "" without marks; "-open" at its end leaves it empty.
     `width` and `size` of marks are in pixels of a screen.
     """
@@ -40,25 +40,35 @@ class Look:
     width: float = 2.0
 
 
-#: Looks of the directions of whirl, told apart without colour too.
+#: Looks of the directions of whirl and of other kinds of motion, told apart without colour too.
 WHIRL_LOOKS = {
     "forward": Look("@forward", "solid", "circle"),
     "backward": Look("@backward", "dash", "square-open"),
     "mixed": Look("@mixed", "dashdot", "diamond"),
-    "planar": Look("@planar", "dot", "diamond-open"),
+    "straight": Look("@straight", "dot", "diamond-open"),
+    "torsional": Look("@c2", "longdashdot", "triangle-up-open"),
+    "axial": Look("@c3", "longdash", "triangle-right-open"),
+    "coupled": Look("@mixed", "dot", "star"),
+    "disk": Look("@straight", "dot", "x-thin-open"),
 }
-_WHIRL_NAMES = {"planar": "no whirl (in a plane, axial, torsion)", "mixed": "mixed whirl"}
+_WHIRL_NAMES = {
+    "straight": "lateral, in a line",
+    "torsional": "torsional",
+    "axial": "axial",
+    "coupled": "torsional and axial",
+    "disk": "disk alone",
+}
 RING = Look("@ink", "", "circle-open", 14)
 WHITE = Look("#ffffff", "dash")
 
 
 def whirl_look(whirl: str | None) -> Look:
-    """Return the look of a direction of whirl; without one it is "planar"."""
-    return WHIRL_LOOKS.get(whirl or "planar", WHIRL_LOOKS["planar"])
+    """Return the look of a whirl; without one it is that of a line."""
+    return WHIRL_LOOKS.get(whirl or "straight", WHIRL_LOOKS["straight"])
 
 
 def whirl_name(whirl: str) -> str:
-    """Return the name of a direction of whirl as legends have it."""
+    """Return the name of a whirl or a kind of motion as legends have it."""
     return _WHIRL_NAMES.get(whirl, f"{whirl} whirl")
 
 

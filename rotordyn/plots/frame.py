@@ -95,7 +95,7 @@ COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#00
 _COLORS_OF = MappingProxyType(
     {
         "ink": "#000000", "muted": "#7F7F7F", "faint": "#EFEFEF", "paper": "#FFFFFF",
-        "forward": "#0072B2", "backward": "#D55E00", "mixed": "#666666", "planar": "#999999",
+        "forward": "#0072B2", "backward": "#D55E00", "mixed": "#666666", "straight": "#999999",
         "band": "#B9D9EA", "good": "#009E73", "bad": "#D55E00",
         **{f"c{k}": color for k, color in enumerate(COLORS)},
     }

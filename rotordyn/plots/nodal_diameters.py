@@ -16,7 +16,7 @@ _ROOM = 1.12
 _LOOKS = {
     "backward": charts.WHIRL_LOOKS["backward"],
     "forward": charts.WHIRL_LOOKS["forward"],
-    "standing": charts.WHIRL_LOOKS["planar"],
+    "standing": charts.WHIRL_LOOKS["straight"],
 }
 _NAMES = {
     "backward": "backward",

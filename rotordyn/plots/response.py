@@ -282,7 +282,7 @@ def _orbit(place: str, motion: ComplexArray, number: int, named: bool) -> list[c
     if not np.isfinite(x).all():
         return []
     direction = str(elliptic_orbits(*motion).direction)
-    sense = direction if direction in ("forward", "backward") else "planar"
+    sense = direction if direction in ("forward", "backward") else "straight"
     style, color = charts.whirl_look(sense), charts.series_look(number).color
     name = f"{place} ({sense})"
     mark = charts.Look(color, "", style.mark, 10)

@@ -18,6 +18,10 @@ from solidwhirl.rotordyn.critical_speeds.search import CriticalSpeed
 from solidwhirl.rotordyn.modes.whirl import Excitation
 from solidwhirl.rotordyn.standards.api617_lateral import actual_margin, required_margin
 
+# API 617 asks this distance of torsional natural frequencies from any excitation, here from the
+# speed of the shaft.
+_TORSIONAL = 0.1
+
 
 @dataclass(frozen=True, kw_only=True)
 class OperatingRange:
@@ -46,15 +50,22 @@ class Resonance:
 
     `speed_rad_s`: speed of the shaft itself, rad/s. `amplification_factor`: AF: height of the
     resonance over its width; inf without damping, negative if unstable. `whirl`: direction of the
-    orbits; empty if it comes from a response. `excited`, `why`: whether an unbalance of the shaft
-    can excite it, and why or why not; only what is excited is judged.
+    orbits, or the kind of motion; `kind`: that; both empty if it comes from a response. `exciters`,
+    `why`: what of the shaft can excite it, "unbalance" or "torque", and why an unbalance can or can
+    not; what nothing excites is not judged.
     """
 
     speed_rad_s: float
     amplification_factor: float
     whirl: str = ""
-    excited: bool = True
+    kind: str = ""
+    exciters: tuple[str, ...] = ("unbalance",)
     why: str = ""
+
+    @property
+    def excited(self) -> bool:
+        """Whether an unbalance of the shaft excites it."""
+        return "unbalance" in self.exciters
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,8 +76,9 @@ class SeparationMargin:
     one; `position`: "below" or "above" the operating range, or "inside" it. `margin`: (N_c − N_op)
     / N_op, negative below; 0 inside. `required_api_617`: |margin| asked for by the formulas of API
     617, as a fraction; inf for an unstable mode and for a resonance inside that is not critically
-    damped. `verdict_api_617`, `verdict_15_percent`, `verdict_20_percent`: "ok", "inside margin" or
-    "unstable", by those formulas and by a fixed margin.
+    damped; 0.1 of what a torque excites, as the standard asks of torsion. `verdict_api_617`,
+    `verdict_15_percent`, `verdict_20_percent`: "ok", "inside margin" or "unstable", by those
+    formulas and by a fixed margin.
     """
 
     shaft: str
@@ -87,16 +99,18 @@ def resonances_of_modes(
     """Turn critical speeds into resonances of the shaft that excites them.
 
     `critical_speeds`: found with the speed ratio of that shaft as the excitation ratio.
-    `excitations`: whether the shaft excites each, from `excitation.unbalance_excitation`; None:
-    all. The result is at the shaft's own speed |α|Ω, with AF from the logarithmic decrement.
+    `excitations`: what of the shaft excites each, from `whirl.excitation_by`; None: unbalance
+    excites all. The result is at the shaft's own speed |α|Ω, with AF from the logarithmic
+    decrement.
     """
-    by_default = [Excitation(excited=True, why="")] * len(critical_speeds)
+    by_default = [Excitation(("unbalance",), (), "")] * len(critical_speeds)
     return tuple(
         Resonance(
             speed_rad_s=2.0 * np.pi * critical.frequency_hz,
             amplification_factor=critical.amplification_factor,
             whirl=critical.whirl,
-            excited=own.excited,
+            kind=critical.kind,
+            exciters=own.exciters,
             why=own.why,
         )
         for critical, own in zip(critical_speeds, excitations or by_default, strict=True)
@@ -123,7 +137,7 @@ def _margin(operating: OperatingRange, resonance: Resonance) -> SeparationMargin
         resonance.speed_rad_s, operating.speed_low_rad_s, operating.speed_high_rad_s
     )
     factor = resonance.amplification_factor
-    required = required_margin(factor, position)
+    required = _asked(resonance, position, required_margin(factor, position))
     return SeparationMargin(
         shaft=operating.shaft,
         resonance=resonance,
@@ -132,9 +146,17 @@ def _margin(operating: OperatingRange, resonance: Resonance) -> SeparationMargin
         margin=margin,
         required_api_617=required,
         verdict_api_617=_verdict(factor, margin, required),
-        verdict_15_percent=_verdict(factor, margin, 0.15),
-        verdict_20_percent=_verdict(factor, margin, 0.20),
+        verdict_15_percent=_verdict(factor, margin, _asked(resonance, position, 0.15)),
+        verdict_20_percent=_verdict(factor, margin, _asked(resonance, position, 0.20)),
     )
+
+
+def _asked(resonance: Resonance, position: str, of_unbalance: float) -> float:
+    """Return the |margin| asked for: that for unbalance, of torsion a tenth, the larger of both."""
+    if "torque" not in resonance.exciters:
+        return of_unbalance
+    of_torque = np.inf if position == "inside" else _TORSIONAL
+    return max(of_torque, of_unbalance) if resonance.excited else of_torque
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -157,7 +179,8 @@ class MarginMethod:
         """Return the |margin| that is asked for, as a fraction; inf if none is enough."""
         if self.kind == "api617" or margin.resonance.amplification_factor < 0:
             return margin.required_api_617
-        return np.inf if margin.position == "inside" else 0.01 * self.percent
+        fixed = np.inf if margin.position == "inside" else 0.01 * self.percent
+        return _asked(margin.resonance, margin.position, fixed)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -178,13 +201,16 @@ class MarginVerdict:
 def margin_verdict(margins: Sequence[SeparationMargin], method: MarginMethod) -> MarginVerdict:
     """Judge margins by a method.
 
-    `margins`: of any number of shafts; what no unbalance excites is not judged.
+    `margins`: of any number of shafts; what neither unbalance nor a torque excites is not judged.
     """
-    judged = [m for m in margins if m.resonance.excited]
+    judged = [m for m in margins if m.resonance.exciters]
     missed = tuple(m for m in judged if abs(m.margin) < method.required(m))
     if not judged:
         return MarginVerdict(
-            passed=True, missed=(), worst=None, why="no critical speed that an unbalance excites"
+            passed=True,
+            missed=(),
+            worst=None,
+            why="no critical speed that unbalance or a torque excites",
         )
     worst = min(judged, key=lambda m: (abs(m.margin) - method.required(m), abs(m.margin)))
     return MarginVerdict(

@@ -22,7 +22,8 @@ from solidwhirl.rotordyn.core.dense import scale_by_stiffness
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.modes.damping import NEUTRAL
 from solidwhirl.rotordyn.modes.eigen import Modes, modes_at_speed
-from solidwhirl.rotordyn.modes.whirl import interface_orbits, whirl_direction
+from solidwhirl.rotordyn.modes.kinds import energy_shares, moves_laterally
+from solidwhirl.rotordyn.modes.whirl import whirl_direction
 from solidwhirl.rotordyn.stability.eigenvalue_paths import blocks_of
 from solidwhirl.rotordyn.stability.sampled_windows import sampled_windows
 from solidwhirl.rotordyn.stability.unstable_windows import Window, unstable_windows
@@ -50,9 +51,9 @@ class UnstableInterval(ReadOnlyArrays):
     motion grows without oscillating). `growth_1_s`: largest Re λ in the interval, 1/s.
     `speed_rad_s`: Ω of that. `eigenvalue`: λ at the lower end, 1/s; Re λ = 0 to rounding if the
     interval opens. `frequency_hz`, `frequency_end_hz`: |Im λ| / 2π at the lower and at the upper
-    end, Hz; 0 for a divergence. `whirl`: at the lower end, "forward", "backward", "mixed" or
-    "planar"; empty for a divergence. `shape`: mode there in the independent coordinates, shape
-    (n,), largest entry 1; empty for a divergence.
+    end, Hz; 0 for a divergence. `whirl`: at the lower end, of lateral motion "forward", "backward",
+    "mixed" or "straight", else the kind of motion; empty for a divergence. `shape`: mode there in
+    the independent coordinates, shape (n,), largest entry 1; empty for a divergence.
     """
 
     low_rad_s: float
@@ -128,9 +129,8 @@ def _least_damped(
 ) -> tuple[float, float, float, int]:
     """Return decrement and frequency of the least damped mode, largest growth, growing motions."""
     decrement, frequency = np.nan, np.nan
-    orbits = interface_orbits(assembled, modes.shapes)
     # torsion and axial motion, which bearings seldom damp, would hide all others
-    lateral = orbits.x.any(axis=0) | orbits.y.any(axis=0)
+    lateral = moves_laterally(energy_shares(assembled, modes.shapes))
     low = np.flatnonzero((modes.frequency_hz <= limit_hz) & lateral)
     if low.size:
         at = int(low[modes.log_decrement[low].argmin()])

@@ -13,12 +13,13 @@ from solidwhirl.rotordyn.core.arrays import FloatArray, ReadOnlyArrays, together
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.modes.damping import PEAKLESS, DampingRule
 from solidwhirl.rotordyn.modes.eigen import Modes, modes_at_speed
+from solidwhirl.rotordyn.modes.kinds import energy_shares, is_mostly_lateral
 from solidwhirl.rotordyn.modes.whirl import interface_orbits
 
 # The sense of whirl at rest is that at this fraction of the highest speed.
 _BARELY_TURNING = 1e-6
 # Net whirl below this is rounding.
-_PLANAR = 1e-9
+_NO_WHIRL = 1e-9
 # Eigenvalues closer than this (relative) are equal.
 _EQUAL = 1e-6
 
@@ -39,8 +40,8 @@ class FirstMode(ReadOnlyArrays):
 class WhirlDecrements(ReadOnlyArrays):
     """Hold the first forward and the first backward mode over the speed.
 
-    `speeds_rad_s`: Ω, shape (s,); `first_forward`, `first_backward`: the lateral mode of lowest
-    frequency with that whirl and a damping ratio below 0.71.
+    `speeds_rad_s`: Ω, shape (s,); `first_forward`, `first_backward`: the mode of lowest frequency
+    with that whirl, most of its energy in lateral motion, and a damping ratio below 0.71.
     """
 
     speeds_rad_s: FloatArray
@@ -54,7 +55,8 @@ def whirl_decrements(
     """Compute damping and frequency of the first forward and the first backward mode.
 
     `speeds_rad_s`: Ω, shape (s,), in any order; `rule`: which modes are looked at; None takes those
-    with a damping ratio below 0.71, which have a resonance. A mode goes forward if its orbits at
+    with a damping ratio below 0.71, which have a resonance. Modes with half of their energy or more
+    in torsion or along the axis are left out. A mode goes forward if its orbits at
     the interfaces do on the whole, by the areas of their forward and backward circles; at rest as
     it does at a very low speed. Raises AnalysisError if a speed is not finite or there is none.
     """
@@ -94,9 +96,10 @@ def first_modes(
     `modes`: at one speed.
     """
     resonates = modes.damping_ratio < PEAKLESS if rule is None else rule.counts(modes.eigenvalues)
+    resonates &= is_mostly_lateral(energy_shares(assembled, modes.shapes))
     most, least = _net_whirl(assembled, modes)
     found: list[float] = []
-    for chosen in (resonates & (most > _PLANAR), resonates & (least < -_PLANAR)):
+    for chosen in (resonates & (most > _NO_WHIRL), resonates & (least < -_NO_WHIRL)):
         # modes come by rising frequency
         at = np.flatnonzero(chosen)[:1]
         found += [*modes.log_decrement[at], *modes.frequency_hz[at]] if at.size else [np.nan] * 2
@@ -116,7 +119,7 @@ def _net_whirl(assembled: AssembledSystem, modes: Modes) -> tuple[FloatArray, Fl
         forward, backward = (a[:, group].conj().T @ a[:, group] for a in (along, against))
         size = float(np.trace(forward + backward).real)
         if size > 0:
-            whole = forward + backward + _PLANAR * size * np.eye(group.size)
+            whole = forward + backward + _NO_WHIRL * size * np.eye(group.size)
             net = la.eigvalsh(forward - backward, whole)
             most[group], least[group] = net[-1], net[0]
     return most, least

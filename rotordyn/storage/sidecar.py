@@ -7,12 +7,17 @@ from typing import Any
 import numpy as np
 
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
+from solidwhirl.rotordyn.superelement.families import free_frequencies_by_family
 from solidwhirl.rotordyn.superelement.record import Coordinate, Superelement
+
+# Free frequencies of each family that are listed.
+_MOST_FREE = 10
 
 
 def superelement_document(element: Superelement) -> dict[str, Any]:
     """Describe a superelement without its matrices, ready for `json.dumps`; units in the keys."""
     top = element.maximum_speed_rad_s
+    free = free_frequencies_by_family(element)
     return {
         "name": element.name,
         "level": element.level,
@@ -42,6 +47,10 @@ def superelement_document(element: Superelement) -> dict[str, Any]:
             if there
         ],
         "free_lateral_frequency_hz": element.free_frequencies_hz.tolist(),
+        **{
+            f"free_{family}_frequency_hz": free[family][:_MOST_FREE].tolist()
+            for family in ("torsional", "axial", "disk")
+        },
         "fixed_interface_frequency_hz": element.fixed_interface_frequencies_hz.tolist(),
         "fixed_interface_frequency_error_estimate": element.frequency_error_estimate.tolist(),
         "estimated_error_parts": [form.part for form in element.error_forms],

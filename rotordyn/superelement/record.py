@@ -143,7 +143,8 @@ class Superelement:
     recovery_modes
         Displacement of the points per unit coordinate, shape (m, 3, n).
     free_frequencies_hz
-        Elastic frequencies of the free body at rest, shape (k,); empty when not known.
+        Elastic frequencies of lateral motion of the free body at rest, shape (k,); empty when not
+        known.
     fixed_interface_frequencies_hz
         Frequencies of the fixed-interface modes, shape (j,).
     frequency_error_estimate

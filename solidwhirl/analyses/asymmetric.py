@@ -6,6 +6,7 @@ from typing import Any
 
 from solidwhirl.rotordyn.asymmetric.resonances import Resonance
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
+from solidwhirl.rotordyn.modes.kinds import shares_document
 
 
 def resonance_document(found: Resonance, frame_ratio: float) -> dict[str, Any]:
@@ -16,6 +17,8 @@ def resonance_document(found: Resonance, frame_ratio: float) -> dict[str, Any]:
     return {
         "speed_rpm": found.speed_rad_s / frame_ratio * RPM_PER_RAD_S,
         "motion": found.motion,
+        "kind": found.kind,
+        "shares": shares_document(found.shares),
         "multiple": found.multiple,
         "share": found.share,
         "damping_ratio": found.damping_ratio,

@@ -11,6 +11,7 @@ import numpy as np
 from solidwhirl.analyses.base import Operating, decrements
 from solidwhirl.rotordyn import AssembledSystem
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
+from solidwhirl.rotordyn.plots.chart import whirl_name
 from solidwhirl.rotordyn.stability.intervals import (
     StabilityChart,
     UnstableInterval,
@@ -87,7 +88,7 @@ def interval_text(interval: UnstableInterval) -> str:
         text = f"{low:.6g} rpm: unstable from here on"
     if interval.kind == "divergence":
         return f"{text} (divergence)"
-    whirl = f"{interval.whirl} whirl, " if interval.whirl else ""
+    whirl = f"{whirl_name(interval.whirl)}, " if interval.whirl else ""
     return f"{text} (flutter, {whirl}{interval.frequency_hz:.4g} Hz)"
 
 

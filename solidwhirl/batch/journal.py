@@ -21,7 +21,7 @@ from solidwhirl.sweep.records import BatchRow
 JOURNAL = "batch.jsonl"
 SCHEMA = "solidwhirl-batch-1"
 #: What rows and tables of earlier releases do not have.
-LATER = {"critical_motion", "campbell_motion", "method", "sweep_cases"}
+LATER = {"critical_kind", "critical_motion", "campbell_motion", "method", "sweep_cases"}
 _ROW = TypeAdapter(BatchRow)
 
 

@@ -40,6 +40,7 @@ def row_of_document(
         critical_speed_rpm=_numbers(c["speed_rpm"] for c in critical),
         critical_frequency_hz=_numbers(c["frequency_hz"] for c in critical),
         critical_whirl=tuple(str(c["whirl"] or "") for c in critical),
+        critical_kind=tuple(str(c["kind"]) for c in critical),
         critical_error_estimate=_numbers(c.get("frequency_error_estimate") for c in critical),
         critical_motion=tuple(
             _numbers(c["interface_motion"]) for c in critical if "interface_motion" in c

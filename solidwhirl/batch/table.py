@@ -23,6 +23,7 @@ _NUMBERS = ("seconds", "peak_memory_gib")
 _COUNTS = ("ranks", "sweep_cases")
 _CRITICAL = ("critical_speed_rpm", "critical_frequency_hz", "critical_error_estimate")
 _CAMPBELL = ("campbell_frequency_hz", "campbell_log_decrement")
+_CRITICAL_WORDS = ("critical_whirl", "critical_kind")
 _MOTIONS = ("critical_motion", "campbell_motion")
 _COUNTED = {
     "critical_count": "critical_speed_rpm",
@@ -47,7 +48,8 @@ _ABOUT = {
     "critical_speed_rpm": ("rpm", "critical speeds of the reference shaft, rising (case, number)"),
     "critical_frequency_hz": ("Hz", "their frequencies (case, number)"),
     "critical_error_estimate": ("1", "relative, of speed and frequency (case, number)"),
-    "critical_whirl": ("", "forward, backward, ... (case, number)"),
+    "critical_whirl": ("", "forward, backward, torsional, ... (case, number)"),
+    "critical_kind": ("", "lateral, torsional, axial, disk, coupled (case, number)"),
     "critical_motion": ("1", "lateral motion of interfaces, unit length (case, number, 4 each)"),
     "campbell_speed_count": ("", "speeds of the case's diagram"),
     "campbell_branch_count": ("", "branches of the case's diagram"),
@@ -123,8 +125,9 @@ def _write(file: Any, rows: Sequence[BatchRow]) -> None:
     for key in (*_CRITICAL, "campbell_speed_rpm"):
         file[key] = _padded([getattr(row, key) for row in rows])
     width = max((len(row.critical_whirl) for row in rows), default=0)
-    whirls = [[*row.critical_whirl, *[""] * (width - len(row.critical_whirl))] for row in rows]
-    _put_texts(file, "critical_whirl", np.array(whirls, dtype=object).reshape(len(rows), width))
+    for key in _CRITICAL_WORDS:
+        words = [[*own, *[""] * (width - len(own))] for own in (getattr(row, key) for row in rows)]
+        _put_texts(file, key, np.array(words, dtype=object).reshape(len(rows), width))
     for key in (*_MOTIONS, *_CAMPBELL):
         _put_tables(file, key, [getattr(row, key) for row in rows])
     group = file.create_group("responses")
@@ -187,7 +190,8 @@ def _read(file: Any) -> tuple[BatchRow, ...]:
     texts, counts, motions = (
         [key for key in keys if key not in absent] for keys in (_TEXTS, _COUNTS, _MOTIONS)
     )
-    columns = {key: file[key].asstr()[()] for key in (*texts, "critical_whirl")}
+    critical_words = [key for key in _CRITICAL_WORDS if key not in absent]
+    columns = {key: file[key].asstr()[()] for key in (*texts, *critical_words)}
     names = (*counts, *motions, *_NUMBERS, *_CRITICAL, "campbell_speed_rpm", *_COUNTED)
     columns |= {key: file[key][()] for key in names}
     groups = {name: file[name].items() for name in ("values", "value_texts", "responses")}
@@ -200,7 +204,7 @@ def _read(file: Any) -> tuple[BatchRow, ...]:
         document: dict[str, Any] = {"schema": SCHEMA}
         document |= {key: columns[key][k] for key in texts}
         document |= {key: columns[key][k].item() for key in (*counts, *_NUMBERS)}
-        for key in (*_CRITICAL, "critical_whirl"):
+        for key in (*_CRITICAL, *critical_words):
             document[key] = columns[key][k, :critical].tolist()
         for key in motions:
             own = [m[~np.isnan(m)].tolist() for m in columns[key][k]]

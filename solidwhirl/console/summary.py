@@ -15,10 +15,16 @@ from rich.text import Text
 
 from solidwhirl.analyses.base import Operating
 from solidwhirl.console.terminal import RUN_SCHEMA, duration_text
+from solidwhirl.core.blocks import motion_text
 from solidwhirl.core.check_report import checks_line, failed, failure_lines
 from solidwhirl.pipeline.verdict_text import answers, margin_words, percent_text
 from solidwhirl.rotordyn.assembly.bearing_notes import note_lines
-from solidwhirl.scene_checks.operating import critical_speeds_that_count, margin_of, nearest
+from solidwhirl.scene_checks.operating import (
+    critical_speeds_that_count,
+    excited_critical_speeds,
+    margin_of,
+    nearest,
+)
 
 if TYPE_CHECKING:
     from solidwhirl.pipeline.run import Results
@@ -27,15 +33,16 @@ _MOST_ROWS = 12
 # Kinds of analyses whose headline the verdict has.
 _ANSWERED = ("separation_margins", "stability")
 _KEYS = (
-    *("speed_rpm", "frequency_hz", "frequency_error_estimate", "whirl", "log_decrement"),
-    *("amplification_factor", "critically_damped", "excited_by"),
+    *("speed_rpm", "frequency_hz", "frequency_error_estimate", "whirl", "kind", "shares"),
+    *("log_decrement", "amplification_factor", "critically_damped", "shafts", "exciters"),
+    *("excited_by", "excited", "excited_why"),
 )
 _WIDTH_WITHOUT_TERMINAL = 110
 # Characters that no table is as wide as.
 _UNLIMITED = 10_000
-# Marks and colours of all pictures, see rotordyn/plots/campbell.py.
-_WHIRL = {"forward": ("●", "#0072B2"), "backward": ("□", "#D55E00")}
-_OTHER_WHIRL = ("◇", "#999999")
+# Colours of all pictures, see rotordyn/plots/frame.py.
+_COLOURS = {"forward": "#0072B2", "backward": "#D55E00"}
+_OTHER_COLOUR = "#999999"
 # Files of a run that are worth naming, and what they are.
 _FILES = (
     ("Campbell plot", "campbell.png"),
@@ -136,18 +143,23 @@ def summary_document(
 
 
 def _margin(entry: Mapping[str, Any], operating: Sequence[Operating]) -> dict[str, Any]:
-    found = margin_of(entry["speed_rpm"], entry["excited_by"], operating)
+    found = margin_of(entry["speed_rpm"], entry["shafts"], operating)
     return dict(zip(("margin", "margin_of"), found or (None, None), strict=True))
 
 
 def fitting_table(
     every: list[dict[str, Any]], console: Console, operating: Sequence[Operating]
 ) -> Table | Text:
-    """The critical speeds that are resonances, with as much as the console has room for."""
-    rows = critical_speeds_that_count({"critical_speeds": every})
+    """The critical speeds that unbalance excites, with as much as the console has room for."""
+    found = critical_speeds_that_count({"critical_speeds": every})
+    rows = excited_critical_speeds({"critical_speeds": every})
+    others = (
+        (len(found) - len(rows), "not excited by unbalance"),
+        (len(every) - len(found), "critically damped"),
+    )
+    left_out = [f"{count} {what}" for count, what in others if count]
     if not rows:
-        too_much = f"; {len(every)} critically damped" if every else ""
-        return Text(f"no critical speed in the speed range{too_much}")
+        return Text("; ".join(["no critical speed in the speed range", *left_out]))
     shown = nearest(rows, operating, _MOST_ROWS)[0]
     columns = dict(_COLUMNS)
     for name, key in (("margin", "margin"), ("AF", "amplification_factor")):
@@ -163,8 +175,8 @@ def fitting_table(
         table = _table(columns, shown)
         if Measurement.get(console, unlimited, table).maximum <= console.width:
             break
-    counts = ((len(rows) - len(shown), "more"), (len(every) - len(rows), "critically damped"))
-    said = [f"{count} {what}" for count, what in counts if count]
+    more = len(rows) - len(shown)
+    said = [*([f"{more} more"] if more else []), *left_out]
     if said:
         table.caption = f"and {', '.join(said)}, see the report"
     return table
@@ -184,8 +196,7 @@ def _table(
 
 
 def _whirl_text(row: Mapping[str, Any]) -> Text:
-    mark, colour = _WHIRL.get(row["whirl"], _OTHER_WHIRL)
-    return Text(f"{mark} {row['whirl']}", style=colour)
+    return Text(motion_text(row), style=_COLOURS.get(row["whirl"], _OTHER_COLOUR))
 
 
 def _number_text(value: float | None) -> str:

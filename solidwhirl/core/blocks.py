@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
+from solidwhirl.rotordyn.modes.kinds import motion_words
 from solidwhirl.rotordyn.plots.chart import Chart
 
-#: Signs of the directions of whirl, so that colour alone tells nothing.
-WHIRL_SIGNS = {"forward": "●", "backward": "□", "mixed": "◆", "planar": "◇"}
+#: Signs of the directions of whirl and kinds of motion, so that colour alone tells nothing.
+WHIRL_SIGNS = {
+    **{"forward": "●", "backward": "□", "mixed": "◆", "straight": "◇"},
+    **{"torsional": "△", "axial": "▷", "coupled": "☆", "disk": "◎"},
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,7 +52,7 @@ class TurningMode:
 
     label: str
     hertz: float
-    #: "backward", "forward", or "planar" of a standing one
+    #: "backward", "forward", or "straight" of a standing one
     whirl: str
     #: Waves n around the circumference: points move by Re[A e^{inθ} e^{iφ}] at the phase φ
     order: int
@@ -117,7 +121,13 @@ def numbers(values: Any) -> FloatArray:
 
 def whirl_text(whirl: str | None) -> str:
     """Word of a whirl (None and "" where there is none) with its sign before it."""
-    return f"{WHIRL_SIGNS.get(whirl or 'planar', WHIRL_SIGNS['planar'])} {whirl or 'none'}"
+    return f"{WHIRL_SIGNS.get(whirl or 'straight', WHIRL_SIGNS['straight'])} {whirl or 'none'}"
+
+
+def motion_text(entry: Mapping[str, Any]) -> str:
+    """Say how a mode moves, with the sign of its whirl; `entry`: plain data with its shares."""
+    words = motion_words(entry["whirl"], numbers(list(entry["shares"].values())))
+    return f"{WHIRL_SIGNS[entry['whirl']]} {words}"
 
 
 def margin_words(margin: float) -> str:

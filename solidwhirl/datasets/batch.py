@@ -94,8 +94,10 @@ def _critical_speeds(rows: Sequence[BatchRow]) -> xr.Dataset:
     for key in _CRITICAL:
         values = _padded([getattr(row, f"critical_{key}") for row in rows], count)
         variables[key] = (over, np.array(values, dtype=float).reshape(len(rows), count))
-    whirl = [[*row.critical_whirl, *[""] * (count - len(row.critical_whirl))] for row in rows]
-    variables["whirl"] = (over, np.array(whirl, dtype=str).reshape(len(rows), count))
+    for key in ("whirl", "kind"):
+        owns = [getattr(row, f"critical_{key}") for row in rows]
+        words = [[*own, *[""] * (count - len(own))] for own in owns]
+        variables[key] = (over, np.array(words, dtype=str).reshape(len(rows), count))
     return labelled(variables)
 
 

@@ -20,7 +20,9 @@ _COUNTED = ("branch", "mode", "critical_speed", "peak", "resonance", "reference"
 
 _LONG_NAMES = {
     "speed_rpm": "speed of the reference shaft",
-    "whirl": "direction of whirl",
+    "whirl": "direction of whirl, or kind of motion",
+    "kind": "kind of motion by shares of the kinetic energy",
+    "share": "share of the kinetic energy by family of motions",
     "log_decrement": "logarithmic decrement, negative is unstable",
     "frequency_error_estimate": "relative error estimate of the frequency",
     "error_parts": "relative error estimate by its cause",
@@ -111,6 +113,16 @@ def filled(values: Any) -> npt.NDArray[Any]:
 def tabled(document: Mapping[str, Any], over: Mapping[str, Sequence[str]]) -> xr.Dataset:
     """Return arrays of a document as a dataset, see `plain_data.tabled`."""
     return labelled(*plain_data.tabled(document, over)[:2])
+
+
+def with_shares(found: xr.Dataset, document: Mapping[str, Any], dims: Sequence[str]) -> xr.Dataset:
+    """Return a dataset with the shares of energy of a document, if it has such, over family too."""
+    if "shares" not in document:
+        return found
+    values = np.stack([filled(part).astype(float) for part in document["shares"].values()], axis=-1)
+    coordinates: dict[str, Labelled] = {dim: (dim, found[dim].values) for dim in dims}
+    coordinates["family"] = ("family", list(document["shares"]))
+    return found.merge(labelled({"share": ((*dims, "family"), values)}, coordinates))
 
 
 def with_errors(found: xr.Dataset, document: Mapping[str, Any], dims: Sequence[str]) -> xr.Dataset:

@@ -20,13 +20,14 @@ from solidwhirl.analyses.registry import KINDS
 from solidwhirl.core.plain_data import Labelled
 from solidwhirl.datasets.batch import batch_datasets, is_batch
 from solidwhirl.datasets.files import read_netcdf, write_netcdf
-from solidwhirl.datasets.parts import filled, labelled, tabled, with_errors
+from solidwhirl.datasets.parts import filled, labelled, tabled, with_errors, with_shares
 from solidwhirl.output.documents import SCHEMA, results_document
 from solidwhirl.pipeline.engine_stages import ExcitedCriticalSpeed
 from solidwhirl.pipeline.run import Results
 from solidwhirl.rotordyn.core.foreign import ForeignError, json_data, regular_bytes
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.critical_speeds.map import CriticalSpeedMap
+from solidwhirl.rotordyn.modes.kinds import shares_document
 from solidwhirl.rotordyn.response.maps import GroundMotionMap
 from solidwhirl.rotordyn.response.unbalance import UnbalanceResponse
 from solidwhirl.rotordyn.run_up.record import RunUp
@@ -47,11 +48,11 @@ __all__ = [
 _AXES = ["x", "y", "z"]
 # Dimensions of the arrays of the diagram, and of modes at one speed.
 _CAMPBELL = dict.fromkeys(
-    ("frequency_hz", "log_decrement", "whirl", "eigenvalue_per_s"), ("branch", "speed_rpm")
+    ("frequency_hz", "log_decrement", "whirl", "kind", "eigenvalue_per_s"), ("branch", "speed_rpm")
 )
 _MODES = {
     **dict.fromkeys(
-        ("frequency_hz", "log_decrement", "damping_ratio", "eigenvalue_per_s"), ("mode",)
+        ("frequency_hz", "log_decrement", "damping_ratio", "eigenvalue_per_s", "kind"), ("mode",)
     ),
     "shape": ("coordinate", "mode"),
 }
@@ -138,13 +139,16 @@ def campbell_dataset(campbell: rd.Campbell, errors: rd.CampbellErrors | None = N
     """Return a Campbell diagram as a dataset.
 
     `campbell`: the diagram, b branches at s speeds. `errors`: their estimates; None leaves them
-    out. Returns frequency_hz, log_decrement, eigenvalue_per_s, whirl ("" where a branch has ended)
-    over (branch, speed_rpm), with errors frequency_error_estimate and error_parts.
+    out. Returns frequency_hz, log_decrement, eigenvalue_per_s, whirl and kind ("" where a branch
+    has ended) over (branch, speed_rpm), share over family too, with errors frequency_error_estimate
+    and error_parts.
     """
     document = {
         "frequency_hz": campbell.frequency_hz,
         "log_decrement": campbell.log_decrement,
         "whirl": campbell.whirl,
+        "kind": campbell.kind,
+        "shares": shares_document(campbell.shares),
         "eigenvalue_per_s": campbell.eigenvalues,
         "speed_rpm": campbell.speeds_rad_s * RPM_PER_RAD_S,
         "frame": "inertial",
@@ -179,8 +183,8 @@ def critical_speed_dataset(
     """Return critical speeds as a dataset.
 
     `found`: as `critical_speeds` or a run returns them. `errors`: their estimates, in that order;
-    None leaves them out. Returns speed_rpm, frequency_hz, whirl, log_decrement over critical_speed,
-    which counts from 1; of a run also excited_by.
+    None leaves them out. Returns speed_rpm, frequency_hz, whirl, kind, log_decrement over
+    critical_speed, which counts from 1, and share over family too; of a run also excited_by.
     """
     rows = []
     for c in found:
@@ -191,6 +195,8 @@ def critical_speed_dataset(
                 "speed_rpm": bare.speed_rad_s * RPM_PER_RAD_S,
                 "frequency_hz": bare.frequency_hz,
                 "whirl": bare.whirl,
+                "kind": bare.kind,
+                "shares": shares_document(bare.shares),
                 "log_decrement": bare.log_decrement,
                 **excited,
             }
@@ -327,11 +333,13 @@ def _errors_document(errors: _Errors) -> dict[str, Any]:
 def _campbell(document: Document) -> xr.Dataset:
     notes = [note["text"] for note in document["notes"]]
     found = tabled(document, _CAMPBELL).assign_attrs(frame=document["frame"], notes=notes)
-    return with_errors(found, document, ("branch", "speed_rpm"))
+    dims = ("branch", "speed_rpm")
+    return with_errors(with_shares(found, document, dims), document, dims)
 
 
 def _modes(document: Document) -> xr.Dataset:
-    return with_errors(tabled(document, _MODES), document, ("mode",))
+    found = with_shares(tabled(document, _MODES), document, ("mode",))
+    return with_errors(found, document, ("mode",))
 
 
 def _critical_speeds(rows: Sequence[Document], errors: Document | None = None) -> xr.Dataset:
@@ -341,7 +349,8 @@ def _critical_speeds(rows: Sequence[Document], errors: Document | None = None) -
         key: (over, np.array([row[key] for row in rows], dtype=float))
         for key in ("speed_rpm", "frequency_hz", "log_decrement")
     }
-    variables["whirl"] = (over, np.array([row["whirl"] for row in rows], dtype=str))
+    for key in ("whirl", "kind"):
+        variables[key] = (over, np.array([row.get(key, "") for row in rows], dtype=str))
     if all("excited_by" in row for row in rows):
         excited = [", ".join(row["excited_by"]) for row in rows]
         variables["excited_by"] = (over, np.array(excited, dtype=str))
@@ -349,7 +358,11 @@ def _critical_speeds(rows: Sequence[Document], errors: Document | None = None) -
         parts = {p: [row["error_parts"][p] for row in rows] for p in rows[0]["error_parts"]}
         total = [row["frequency_error_estimate"] for row in rows]
         errors = {"frequency_error_estimate": total, "error_parts": parts}
-    return with_errors(labelled(variables), errors or {}, (over,))
+    found = labelled(variables)
+    if rows and "shares" in rows[0]:
+        families = {f: [row["shares"][f] for row in rows] for f in rows[0]["shares"]}
+        found = with_shares(found, {"shares": families}, (over,))
+    return with_errors(found, errors or {}, (over,))
 
 
 def _bodies(document: Document) -> xr.Dataset:
@@ -394,7 +407,7 @@ def peaks_dataset(document: Document) -> xr.Dataset | None:
     rows = list(peaks)
     errors = [key for key in _PEAK_ERRORS if rows and all(key in row for row in rows)]
     variables: dict[str, Labelled] = {
-        key: ("peak", np.array([row[key] for row in rows], dtype=str))
+        key: ("peak", np.array([row.get(key, "") for row in rows], dtype=str))
         for key in ("place", "exciter")
     }
     for key in (*_PEAK_NUMBERS, *errors):

@@ -13,7 +13,8 @@ from solidwhirl.rotordyn import AssembledSystem, Campbell, Modes, modes_at_speed
 from solidwhirl.rotordyn.campbell.branch_numbers import branch_numbers
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
-from solidwhirl.rotordyn.modes.whirl import whirl_at_speed
+from solidwhirl.rotordyn.modes.kinds import motion_words
+from solidwhirl.rotordyn.modes.whirl import motion_at_speed
 from solidwhirl.rotordyn.plots.chart import hertz_text
 from solidwhirl.rotordyn.plots.frame import mode_name
 
@@ -99,15 +100,15 @@ def pictured_modes(results: Results, count: int) -> tuple[str, ShownModes | None
 def _at_rest(results: Results, count: int) -> ShownModes:
     """The lowest modes at rest, of asymmetric bodies at the angle 0."""
     modes = _part(results.at_rest, range(min(results.at_rest.eigenvalues.size, count)))
-    whirl = whirl_at_speed(results.system, modes.shapes, modes.eigenvalues, 0.0)
+    motion = motion_at_speed(results.system, modes.shapes, modes.eigenvalues, 0.0)
     return ShownModes(
         label="at rest",
         modes=modes,
         rpm=np.zeros(modes.eigenvalues.size),
-        whirl=tuple(str(w) for w in whirl),
+        whirl=tuple(str(w) for w in motion.whirl),
         texts=tuple(
-            f"mode {k + 1}, {hertz_text(f)}, {w}"
-            for k, (f, w) in enumerate(zip(modes.frequency_hz, whirl, strict=True))
+            f"mode {k + 1}, {hertz_text(f)}, {motion_words(w, s)}"
+            for k, (f, w, s) in enumerate(zip(modes.frequency_hz, *motion, strict=True))
         ),
     )
 
@@ -133,27 +134,34 @@ def _part(modes: Modes, kept: Sequence[int]) -> Modes:
 
 
 def _at_speed(system: AssembledSystem, diagram: Campbell, rpm: float, modes: Modes) -> ShownModes:
-    whirl = whirl_at_speed(system, modes.shapes, modes.eigenvalues, modes.speed_rad_s)
+    motion = motion_at_speed(system, modes.shapes, modes.eigenvalues, modes.speed_rad_s)
     numbers = tuple(int(k) for k in branch_numbers(system, diagram, modes))
     hertz = modes.eigenvalues.imag / (2.0 * np.pi)
     return ShownModes(
         label="at rest" if rpm == 0.0 else f"at {rpm:.0f} rpm",
         modes=modes,
         rpm=np.full(hertz.size, rpm),
-        whirl=tuple(str(w) for w in whirl),
+        whirl=tuple(str(w) for w in motion.whirl),
         numbers=numbers,
         texts=tuple(
-            f"mode {mode_name(numbers, k)}, {hertz_text(f)}, {w}"
-            for k, (f, w) in enumerate(zip(hertz, whirl, strict=True))
+            f"mode {mode_name(numbers, k)}, {hertz_text(f)}, {motion_words(w, s)}"
+            for k, (f, w, s) in enumerate(zip(hertz, *motion, strict=True))
         ),
     )
 
 
 def critical_modes(results: Results, most: int = _CRITICAL) -> tuple[ShownModes, ...]:
-    """Return the modes at the lowest critical speeds, those of several exciters once."""
+    """Return the modes at the lowest critical speeds, those of several exciters once.
+
+    Those that unbalance excites come first.
+    """
     entries: dict[tuple[float, float, str], Any] = {}
     rule = results.scene.criteria.rule
-    for c in sorted(results.critical_speeds, key=lambda c: float(c.critical.speed_rad_s)):
+    order = sorted(
+        results.critical_speeds,
+        key=lambda c: (not c.excitation.excited, float(c.critical.speed_rad_s)),
+    )
+    for c in order:
         found = c.critical
         if not found.counts(rule):
             continue
@@ -182,7 +190,8 @@ def critical_modes(results: Results, most: int = _CRITICAL) -> tuple[ShownModes,
         rpm=rpm,
         whirl=tuple(str(c.whirl) for c in critical),
         texts=tuple(
-            f"{c.speed_rad_s * RPM_PER_RAD_S:.1f} rpm, {hertz_text(c.frequency_hz)}, {c.whirl}"
+            f"{c.speed_rad_s * RPM_PER_RAD_S:.1f} rpm, {hertz_text(c.frequency_hz)}, "
+            f"{motion_words(c.whirl, c.shares)}"
             for c in critical
         ),
     )

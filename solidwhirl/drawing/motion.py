@@ -82,8 +82,8 @@ class ModeInSpace:
     coordinates: Mapping[str, ComplexArray]
     #: ux, uy of the stations, shape (s, 2)
     center: ComplexArray
-    #: Direction of the orbit of each station: "forward", "backward", "planar", or "" where none is
-    #: drawn
+    #: Direction of the orbit of each station: "forward", "backward", "straight", or "" where none
+    #: is drawn
     senses: tuple[str, ...]
 
 
@@ -218,7 +218,7 @@ def _senses(center: ComplexArray, has_orbit: Sequence[bool]) -> list[str]:
         if not wanted or not big > max(_SMALL * largest, _UNSEEN):
             out.append("")
         elif abs(small) < _FLAT * big:
-            out.append("planar")
+            out.append("straight")
         else:
             out.append("forward" if small > 0.0 else "backward")
     return out

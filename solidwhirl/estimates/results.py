@@ -28,12 +28,12 @@ from solidwhirl.rotordyn.estimates.eigenvalue_errors import (
     frequency_errors,
 )
 from solidwhirl.rotordyn.modes.damping import DEFAULT_RULE, DampingRule
-from solidwhirl.rotordyn.modes.whirl import whirl_at_speed
+from solidwhirl.rotordyn.modes.whirl import motion_at_speed
 from solidwhirl.rotordyn.superelement.residual_energy import NOT_SUMMED
 
 # Speeds at which the branches of other models are computed; between them errors are linear.
 _SPEEDS = 5
-_PER_SPEED = ("eigenvalues", "frequency_hz", "whirl", "log_decrement", "overlap")
+_PER_SPEED = ("eigenvalues", "frequency_hz", "whirl", "shares", "log_decrement", "overlap")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -201,7 +201,8 @@ class _Seen(NamedTuple):
 
 def _modes(system: rd.AssembledSystem, speed_rad_s: float) -> _Seen:
     modes = rd.modes_at_speed(system, speed_rad_s)
-    return _Seen(modes, whirl_at_speed(system, modes.shapes, modes.eigenvalues, speed_rad_s))
+    motion = motion_at_speed(system, modes.shapes, modes.eigenvalues, speed_rad_s)
+    return _Seen(modes, motion.whirl)
 
 
 ModesOf = Callable[[rd.AssembledSystem, float], _Seen]

@@ -45,7 +45,7 @@ from solidwhirl.rotordyn import CriticalSpeed, Superelement, draw_campbell
 from solidwhirl.rotordyn.assembly.bearing_notes import note_lines
 from solidwhirl.rotordyn.campbell.branch_numbers import branch_numbers, branch_prints, shape_print
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
-from solidwhirl.rotordyn.modes.whirl import Excitation, unbalance_excitation
+from solidwhirl.rotordyn.modes.kinds import energy_shares, kinds, shares_document
 from solidwhirl.rotordyn.plots.errors import draw_campbell_errors, draw_critical_speed_errors
 from solidwhirl.rotordyn.storage.files import write_superelement, write_superelement_again
 from solidwhirl.rotordyn.storage.sidecar import superelement_document
@@ -89,6 +89,7 @@ def results_document(results: Results) -> dict[str, Any]:
         ),
         "modes_at_rest": {
             "frequency_hz": results.at_rest.frequency_hz.tolist(),
+            **_rest_kinds(results),
             "branch": [int(k) or None for k in numbers],
         },
         "campbell": _campbell(results),
@@ -134,6 +135,12 @@ def _beyond_theory(results: Results) -> list[dict[str, Any]]:
     ]
 
 
+def _rest_kinds(results: Results) -> dict[str, Any]:
+    """Return kinds and shares of the modes at rest, asymmetric bodies at the angle 0."""
+    shares = energy_shares(results.system, results.at_rest.shapes)
+    return {"kind": kinds(shares).tolist(), "shares": shares_document(shares)}
+
+
 def _numbers(results: Results) -> list[int]:
     """The branch that each mode at rest is on, from 1; 0: none."""
     if results.asymmetry is None:
@@ -155,6 +162,8 @@ def _campbell(results: Results) -> dict[str, Any]:
         "speed_rpm": (diagram.speeds_rad_s * RPM_PER_RAD_S).tolist(),
         "frequency_hz": diagram.frequency_hz.tolist(),
         "whirl": [[w or None for w in branch] for branch in diagram.whirl.tolist()],
+        "kind": [[k or None for k in branch] for branch in diagram.kind.tolist()],
+        "shares": shares_document(diagram.shares),
         "log_decrement": [decrements(branch) for branch in diagram.log_decrement],
         "critically_damped": damped.tolist(),
         "interface_motion": branch_prints(results.system, diagram) if is_even else [],
@@ -182,24 +191,31 @@ def critical_speed_numbers(critical: CriticalSpeed) -> dict[str, Any]:
         "speed_rpm": float(critical.speed_rad_s * RPM_PER_RAD_S),
         "frequency_hz": float(critical.frequency_hz),
         "whirl": str(critical.whirl),
+        "kind": critical.kind,
+        "shares": shares_document(critical.shares),
         "log_decrement": float(critical.log_decrement) or None,
         "amplification_factor": critical.amplification_factor,
+    }
+
+
+def excitation_document(found: ExcitedCriticalSpeed) -> dict[str, Any]:
+    """Return what excites a critical speed as plain data."""
+    return {
+        "shafts": list(found.shafts),
+        "exciters": list(found.excitation.exciters),
+        "excited_by": list(found.excited_by),
+        "excited": found.excitation.excited,
+        "excited_why": found.excitation.why,
     }
 
 
 def critical_speed_document(results: Results, found: ExcitedCriticalSpeed) -> dict[str, Any]:
     """A critical speed as plain data, whether it counts and what excites it."""
     critical = found.critical
-    why = "an asymmetric body whirls both ways at once"
-    excitation = Excitation(True, why)
-    if results.asymmetry is None:
-        excitation = unbalance_excitation(results.system, critical.shape, found.excited_by)
     return {
         **critical_speed_numbers(critical),
         "critically_damped": not critical.counts(results.scene.criteria.rule),
-        "excited_by": list(found.excited_by),
-        "excited": excitation.excited,
-        "excited_why": excitation.why,
+        **excitation_document(found),
         "interface_motion": shape_print(results.system, critical.shape)
         if results.asymmetry is None
         else [],
@@ -330,12 +346,13 @@ def diagrams_of(results: Results) -> dict[str, partial[None]]:
     """
     title = results.scene.title or results.scene.name
     critical = tuple(c.critical for c in results.critical_speeds)
+    excited = tuple(c.critical for c in results.critical_speeds if c.excitation.excited)
     ratios = results.scene.speed_ratios()
     drawn = {
         "campbell.png": partial(
             draw_campbell,
             results.campbell,
-            critical,
+            excited,
             title=title,
             excitation_ratios=ratios,
             operating_rad_s=reference_ranges_rad_s(results.operating),

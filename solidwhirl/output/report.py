@@ -11,12 +11,11 @@ from solidwhirl.core.errors import markdown_cell, markdown_text
 from solidwhirl.output.plan_text import plan_text, table
 from solidwhirl.page.frame.records import Block, Table, Text
 from solidwhirl.page.frame.render import cell_text
-from solidwhirl.page.modes.criticals import critical_speed_table
+from solidwhirl.page.modes.criticals import critical_speed_tables
 from solidwhirl.page.run.accuracy import accuracy_blocks
 from solidwhirl.page.run.masses import properties_table, sizes_table
 from solidwhirl.pipeline.run import Results
 from solidwhirl.pipeline.verdict_text import answers
-from solidwhirl.scene_checks.operating import critical_speeds_that_count
 
 # Marks for bold and for code of the page, as they come out of `markdown_cell`.
 _MARKS = re.compile(r"\\\*\\\*|\\`")
@@ -24,14 +23,14 @@ _MARKS = re.compile(r"\\\*\\\*|\\`")
 
 def report_text(results: Results, document: dict[str, Any]) -> str:
     """Markdown report of a run and the contents of its `results.json`."""
-    found, ratios = critical_speeds_that_count(document), results.scene.speed_ratios()
+    critical = critical_speed_tables(document, results.scene.speed_ratios())
     doubtful = [*(doubt["message"] for doubt in document["doubts"]), *document["bearing_notes"]]
     parts = [
         f"# {markdown_text(results.scene.title or results.scene.name)}",
         table(" | ", ((a.about, a.marked) for a in answers(document)), _marked_cell),
         "\n".join(f"- **warning:** {markdown_text(message)}" for message in doubtful),
         "## Critical speeds",
-        _told([critical_speed_table(found, ratios)]) if found else "None in the speed range.",
+        _told(critical) if critical else "None in the speed range.",
         "## Notes" if results.scene.notes else "",
         "\n".join(f"- {markdown_text(note)}" for note in results.scene.notes),
         "## What was computed, what was left out, and why",

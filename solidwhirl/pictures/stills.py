@@ -185,7 +185,7 @@ def frame_of(image: Image, path: Path, title: str, shape: EngineShape) -> Figure
 
     figure = image_figure(image, path, f"{fill(title, 80)}\n{shape.text}", (156.0, 20.0))
     add_color_bar(figure, 1.0, "displacement, largest 1", 0.8)
-    texts = {"forward": "forward orbit", "backward": "backward orbit", "planar": "along a line"}
+    texts = {"forward": "forward orbit", "backward": "backward orbit", "straight": "along a line"}
     rows = [
         Line2D([], [], color=style.color, linestyle=style.dashes, marker=style.marker,
                markerfacecolor=style.face, markersize=4.5, label=text)

@@ -33,6 +33,7 @@ from solidwhirl.rotordyn.estimates.campbell_errors import CampbellErrors
 from solidwhirl.rotordyn.estimates.critical_speed_errors import CriticalSpeedErrors
 from solidwhirl.rotordyn.estimates.eigenvalue_errors import error_scale, frequency_errors
 from solidwhirl.rotordyn.modes.damping import DampingRule
+from solidwhirl.rotordyn.modes.kinds import kinds
 from solidwhirl.rotordyn.stability.intervals import StabilityChart, UnstableInterval
 from solidwhirl.rotordyn.stability.whirl_decrements import FirstMode
 from solidwhirl.rotordyn.superelement.invariants import Invariant, compared
@@ -76,9 +77,7 @@ class Asymmetry:
     @property
     def lateral(self) -> tuple[Resonance, ...]:
         """Critical speeds of lateral motion that is mostly seen once per turn."""
-        return tuple(
-            one for one in self.critical if one.motion == "lateral" and abs(one.multiple) == 1
-        )
+        return tuple(one for one in self.critical if one.moves_laterally and abs(one.multiple) == 1)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -200,6 +199,7 @@ def critical_records(found: Asymmetry) -> tuple[CriticalSpeed, ...]:
             speed_rad_s=one.speed_rad_s / abs(found.frame_ratio),
             frequency_hz=one.speed_rad_s / (2.0 * np.pi),
             whirl="forward" if one.multiple > 0 else "backward",
+            shares=one.shares,
             shape=np.zeros(0, dtype=complex),
             log_decrement=_log_decrement(one),
         )
@@ -215,7 +215,7 @@ def _log_decrement(one: Resonance) -> float:
 def _counts(one: Resonance, rule: DampingRule) -> bool:
     """Whether a resonance is one of lateral motion, with errors, that is not critically damped."""
     limit = 0.5 / rule.amplification_min if rule.amplification_min > 0 else np.inf
-    return one.motion == "lateral" and one.damping_ratio <= limit and one.is_estimated
+    return one.moves_laterally and one.damping_ratio <= limit and one.is_estimated
 
 
 def stability_in_ranges(
@@ -384,6 +384,7 @@ def asymmetry_document(found: Asymmetry) -> dict[str, Any]:
             "share_backward": diagram.backward.tolist(),
             "share_axial": diagram.axial.tolist(),
             "share_in_the_frame": diagram.inside.tolist(),
+            "kind": kinds(diagram.shares).tolist(),
             "growth_rate_per_s": diagram.eigenvalues.real.tolist(),
         },
     }

@@ -66,7 +66,7 @@ def _by_excitation(
         return {}
     found: dict[float, list[CriticalSpeed]] = {abs(r): [] for r in ratios.values() if r != 0.0}
     for excited in diagram.critical_speeds:
-        found[abs(ratios[excited.excited_by[0]])].append(excited.critical)
+        found[abs(ratios[excited.shafts[0]])].append(excited.critical)
     return found
 
 

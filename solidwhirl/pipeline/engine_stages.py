@@ -56,6 +56,7 @@ from solidwhirl.rotordyn import (
 from solidwhirl.rotordyn.asymmetric import RotatingSystem
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
+from solidwhirl.rotordyn.modes.whirl import Excitation, excitation_by
 from solidwhirl.rotordyn.stability.intervals import StabilityChart, stability_chart
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import places_of_joints
@@ -68,10 +69,18 @@ Levels = Callable[[str], tuple[LevelResults, LevelResults]]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ExcitedCriticalSpeed:
-    """A critical speed of the reference shaft and who excites it."""
+    """A critical speed of the reference shaft and what excites it."""
 
-    excited_by: tuple[str, ...]
+    #: Shafts that turn as often as it vibrates
+    shafts: tuple[str, ...]
+    #: What of these shafts excites it
+    excitation: Excitation
     critical: CriticalSpeed
+
+    @property
+    def excited_by(self) -> tuple[str, ...]:
+        """Shafts whose unbalance excites it."""
+        return self.excitation.bodies
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -145,7 +154,7 @@ def diagram_of(engine: Engine) -> Diagram:
             stage_cache.key("critical speeds", engine.digest),
             lambda: _critical_speeds(scene, system, float(speeds.max())),
         )
-    return Diagram(at_rest=at_rest, campbell=diagram, critical_speeds=_excited(found))
+    return Diagram(at_rest=at_rest, campbell=diagram, critical_speeds=_excited(system, found))
 
 
 def campbell_of(engine: Engine) -> Campbell:
@@ -158,7 +167,8 @@ def critical_speeds_of(engine: Engine) -> tuple[ExcitedCriticalSpeed, ...]:
     if engine.rotating is not None:
         return diagram_of(engine).critical_speeds
     top = float(engine.job.plan.speeds_rad_s.max())
-    return _excited(_critical_speeds(engine.job.scene, engine.system, top))
+    found = _critical_speeds(engine.job.scene, engine.system, top)
+    return _excited(engine.system, found)
 
 
 def _campbell(engine: Engine) -> Campbell:
@@ -167,9 +177,14 @@ def _campbell(engine: Engine) -> Campbell:
 
 
 def _excited(
-    found: tuple[tuple[tuple[str, ...], CriticalSpeed], ...],
+    system: AssembledSystem, found: tuple[tuple[tuple[str, ...], CriticalSpeed], ...]
 ) -> tuple[ExcitedCriticalSpeed, ...]:
-    return tuple(ExcitedCriticalSpeed(excited_by=names, critical=c) for names, c in found)
+    return tuple(
+        ExcitedCriticalSpeed(
+            shafts=names, excitation=excitation_by(system, c.shape, names), critical=c
+        )
+        for names, c in found
+    )
 
 
 def _rotating_diagram(engine: Engine, rotating: RotatingSystem) -> Diagram:
@@ -188,7 +203,13 @@ def _rotating_diagram(engine: Engine, rotating: RotatingSystem) -> Diagram:
         at_rest=modes_at_speed(engine.system, 0.0),
         campbell=diagram_in_fixed_axes(found),
         critical_speeds=tuple(
-            ExcitedCriticalSpeed(excited_by=found.excited_by, critical=c)
+            ExcitedCriticalSpeed(
+                shafts=found.excited_by,
+                excitation=Excitation(
+                    ("unbalance",), found.excited_by, "an asymmetric body whirls both ways at once"
+                ),
+                critical=c,
+            )
             for c in critical_records(found)
         ),
         asymmetry=found,

@@ -265,5 +265,5 @@ def _level_results(
         frequency_error=errors[count],
         critical_rad_s=np.array([c.critical.speed_rad_s for c in found]),
         critical_error=critical_errors[: len(found)],
-        excited_by=tuple(", ".join(c.excited_by) for c in found),
+        excited_by=tuple(", ".join(c.excited_by) or None for c in found),
     )

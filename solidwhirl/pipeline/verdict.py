@@ -12,6 +12,7 @@ from solidwhirl.analyses.base import Operating
 from solidwhirl.analyses.stability_summary import Stability, interval_document
 from solidwhirl.estimates.documents import coupling_effect
 from solidwhirl.pipeline.alarms import Alarm
+from solidwhirl.rotordyn.modes.kinds import moves_laterally, shares_in
 from solidwhirl.rotordyn.standards.api617_lateral import vibration_limit_m
 from solidwhirl.scene_checks.operating import critical_speeds_that_count, margin_of
 
@@ -61,11 +62,14 @@ def verdict_document(
 def _critical_speeds(
     document: Mapping[str, Any], operating: Sequence[Operating]
 ) -> Iterator[dict[str, Any]]:
-    keys = ("speed_rpm", "frequency_hz", "whirl", "log_decrement", "amplification_factor")
+    keys = (
+        *("speed_rpm", "frequency_hz", "whirl", "kind", "shares", "log_decrement"),
+        *("amplification_factor", "shafts", "exciters", "excited_by", "excited", "excited_why"),
+    )
     for entry in critical_speeds_that_count(document):
-        margin = margin_of(entry["speed_rpm"], entry["excited_by"], operating)
+        margin = margin_of(entry["speed_rpm"], entry["shafts"], operating)
         yield {
-            **{key: entry[key] for key in (*keys, "excited_by", "excited", "excited_why")},
+            **{key: entry[key] for key in keys},
             "margin": None if margin is None else margin[0],
             "margin_of": None if margin is None else margin[1],
         }
@@ -78,7 +82,7 @@ def _gravity_critical_speeds(document: Mapping[str, Any]) -> list[dict[str, Any]
         return None
     keys = ("speed_rpm", "damping_ratio", "error_estimate")
     every = found["gravity_critical_speeds"]
-    own = [r for r in every if r["motion"] == "lateral" and abs(r["multiple"]) == 2]
+    own = [r for r in every if moves_laterally(shares_in(r["shares"])) and abs(r["multiple"]) == 2]
     return [{key: r[key] for key in keys} for r in own]
 
 

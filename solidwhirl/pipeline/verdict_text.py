@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from solidwhirl.rotordyn.modes.kinds import motion_words, shares_in
+from solidwhirl.rotordyn.plots.chart import whirl_name
+
 # Unstable intervals, critical speeds and operating speeds that are named; of others their number.
 _MOST = 3
 # The choice of the coupling is named where it is worth so many times the estimated error.
@@ -69,7 +72,7 @@ def _interval(found: Mapping[str, Any]) -> str:
     speeds = f"{low:.0f} to {rpm_text(high)}" if found["closes"] else f"from {rpm_text(low)}"
     if found["kind"] == "divergence":
         return f"{speeds} (divergence)"
-    whirl = f"{found['whirl']} whirl, " if found["whirl"] else ""
+    whirl = f"{whirl_name(found['whirl'])}, " if found["whirl"] else ""
     return f"{speeds} ({found['kind']}, {whirl}{found['frequency_hz']:.4g} Hz)"
 
 
@@ -97,7 +100,7 @@ def _damping(found: Sequence[Mapping[str, Any]]) -> Iterator[Answer]:
 def critical_speed_words(entry: Mapping[str, Any]) -> str:
     """Return a critical speed of the verdict in words: rpm, whirl, amplification factor, margin."""
     factor = entry["amplification_factor"]
-    said = [str(entry["whirl"] or "no whirl")]
+    said = [motion_words(entry["whirl"], shares_in(entry["shares"]))]
     said += [f"AF {factor:.3g}"] if factor is not None else ["undamped"]
     if entry["margin"] is not None:
         said.append(margin_words(entry["margin"], entry["margin_of"]))
@@ -116,7 +119,7 @@ def margin_words(margin: float, shaft: str) -> str:
 def _critical_speeds(verdict: Mapping[str, Any]) -> Answer:
     """Name those that an unbalance excites, the nearest to operating speeds first."""
     every = verdict["critical_speeds"]
-    found = [c for c in every if c.get("excited") is not False]
+    found = [c for c in every if c["excited"]]
     if not found:
         end = rpm_text(verdict["speed_range_rpm"][1])
         return Answer("Critical speeds", f"none that unbalance excites up to {end}")

@@ -117,3 +117,8 @@ def nearest(
 def critical_speeds_that_count(document: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     """Return the entries of `critical_speeds` in `results.json` that are no critically damped."""
     return [c for c in document["critical_speeds"] if not c.get("critically_damped")]
+
+
+def excited_critical_speeds(document: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """Return those of `critical_speeds_that_count` that unbalance excites."""
+    return [c for c in critical_speeds_that_count(document) if c["excited"]]

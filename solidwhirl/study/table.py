@@ -189,7 +189,7 @@ def held_branches(diagram: Campbell) -> BoolArray:
 
 
 def _part(diagram: Campbell, keep: BoolArray) -> Campbell:
-    names = ("eigenvalues", "frequency_hz", "log_decrement", "whirl", "overlap")
+    names = ("eigenvalues", "frequency_hz", "log_decrement", "whirl", "shares", "overlap")
     return replace(diagram, **{name: getattr(diagram, name)[keep] for name in names})
 
 

@@ -64,6 +64,8 @@ class BatchRow:
     critical_speed_rpm: tuple[Number, ...] = ()
     critical_frequency_hz: tuple[Number, ...] = ()
     critical_whirl: tuple[str, ...] = ()
+    # Kind of motion of each by shares of the energy; empty in rows of earlier releases
+    critical_kind: tuple[str, ...] = ()
     # Relative error of each, of speed and frequency alike; nan if not known
     critical_error_estimate: tuple[Number, ...] = ()
     # The lateral motion of interfaces of each (`rotordyn.campbell.branch_numbers`); the same

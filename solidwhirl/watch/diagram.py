@@ -14,7 +14,7 @@ from solidwhirl.core.stages import silent
 from solidwhirl.drawing.bodies import silhouettes
 from solidwhirl.estimates.documents import critical_speed_entry
 from solidwhirl.estimates.results import Estimates
-from solidwhirl.output.documents import critical_speed_numbers
+from solidwhirl.output.documents import critical_speed_numbers, excitation_document
 from solidwhirl.page.drawing.engine import small_drawing
 from solidwhirl.page.frame.plotly_chart import page_chart
 from solidwhirl.page.frame.render import chart_data, inline_html, table_html, text_html
@@ -112,7 +112,7 @@ def _critical_speeds(diagram: Diagram) -> str:
     entries = [
         _entry(found, k, diagram.estimates)
         for k, found in enumerate(diagram.critical_speeds)
-        if found.critical.counts(rule)
+        if found.critical.counts(rule) and found.excitation.excited
     ]
     block = critical_speeds_block(entries, operating_speeds(scene), scene.speed_ratios())
     if not isinstance(block, Table):
@@ -126,6 +126,6 @@ def _entry(
     """A critical speed as `results.json` has it, as far as the table reads it."""
     return {
         **critical_speed_numbers(found.critical),
-        "excited_by": list(found.excited_by),
+        **excitation_document(found),
         **({} if estimates is None else critical_speed_entry(estimates, number)),
     }

@@ -34,7 +34,7 @@ class LevelResults:
     #: Critical speeds of the reference shaft: (c,) rad/s, rising, their errors, and who excites
     critical_rad_s: FloatArray
     critical_error: FloatArray
-    excited_by: tuple[str, ...]
+    excited_by: tuple[str | None, ...]
 
 
 class LevelComparisonSpec(base.Analysis):

@@ -18,6 +18,7 @@ from solidwhirl.core.plain_data import Labelled, Labels
 from solidwhirl.rotordyn import Modes, modes_at_speed
 from solidwhirl.rotordyn.campbell.branch_numbers import branch_numbers
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
+from solidwhirl.rotordyn.modes.kinds import kinds, shares_document
 from solidwhirl.rotordyn.modes.mode_shapes import ModeShapes, mode_shapes
 from solidwhirl.rotordyn.modes.participation import Participation, participation
 from solidwhirl.rotordyn.plots.chart import Chart
@@ -63,6 +64,8 @@ class ModeShapesSpec(base.Analysis):
                     "frequency_hz": modes.frequency_hz.tolist(),
                     "log_decrement": base.decrements(modes.log_decrement),
                     "whirl": shapes.whirl.tolist(),
+                    "kind": kinds(shapes.shares).tolist(),
+                    "shares": shares_document(shapes.shares),
                     "bodies": {
                         b.body: {
                             "interfaces": list(b.interfaces),
@@ -122,7 +125,7 @@ class ModeShapesSpec(base.Analysis):
 
         variables: dict[str, Labelled] = {
             key: (("speed_rpm", "mode"), [_padded(s[key], most) for s in speeds])
-            for key in ("frequency_hz", "log_decrement", "whirl")
+            for key in ("frequency_hz", "log_decrement", "whirl", "kind")
         }
         branches = [_padded([k or 0 for k in s.get("branch", ())], most) for s in speeds]
         variables["branch"] = (("speed_rpm", "mode"), branches)

@@ -25,7 +25,8 @@ from solidwhirl.core.plain_data import Labels
 from solidwhirl.rotordyn import critical_speeds
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
 from solidwhirl.rotordyn.critical_speeds.search import is_searched
-from solidwhirl.rotordyn.modes.whirl import moves_laterally, unbalance_excitation
+from solidwhirl.rotordyn.modes.kinds import moves_laterally, moves_torsionally
+from solidwhirl.rotordyn.modes.whirl import excitation_by
 from solidwhirl.rotordyn.plots import chart as charts
 from solidwhirl.rotordyn.response.separation_margins import (
     MarginMethod,
@@ -104,7 +105,8 @@ class SeparationMarginsSpec(base.Analysis):
             critical = [
                 c
                 for c in critical_speeds(engine.system, entry.ratio, limit)
-                if moves_laterally(engine.system, c.shape)  # what the shaft may excite
+                # what unbalance or a torque may excite
+                if moves_laterally(c.shares) or moves_torsionally(c.shares)
             ]
             counts = [c.counts(engine.damping_rule) for c in critical]
             damped += [
@@ -118,8 +120,7 @@ class SeparationMarginsSpec(base.Analysis):
                 if not own
             ]
             counted = [c for c, own in zip(critical, counts, strict=True) if own]
-            shafts = entry.bodies
-            excitations = [unbalance_excitation(engine.system, c.shape, shafts) for c in counted]
+            excitations = [excitation_by(engine.system, c.shape, entry.bodies) for c in counted]
             operating = OperatingRange(
                 shaft=entry.shaft,
                 speed_low_rad_s=entry.from_rpm * RAD_S_PER_RPM,
@@ -191,7 +192,7 @@ class SeparationMarginsSpec(base.Analysis):
         """
         yield "passed", float(document["verdict"]["passed"])
         for shaft in dict.fromkeys(entry["shaft"] for entry in document["operating"]):
-            own = [m for m in document["margins"] if m["shaft"] == shaft and m["excited"]]
+            own = [m for m in document["margins"] if m["shaft"] == shaft and m["exciters"]]
             yield f"{shaft}.smallest_margin", base.smallest_of(abs(m["margin"]) for m in own)
             missed = [m for m in own if m["verdict_api_617"] != "ok"]
             yield f"{shaft}.missed_margins_api_617", len(missed)
@@ -206,7 +207,9 @@ def _margin_document(margin: SeparationMargin, method: MarginMethod) -> dict[str
         "shaft": margin.shaft,
         "critical_speed_rpm": resonance.speed_rad_s * RPM_PER_RAD_S,
         "whirl": resonance.whirl,
+        "kind": resonance.kind,
         "amplification_factor": resonance.amplification_factor,
+        "exciters": list(resonance.exciters),
         "excited": resonance.excited,
         "excited_why": resonance.why,
         "operating_speed_rpm": margin.operating_speed_rad_s * RPM_PER_RAD_S,
@@ -228,8 +231,26 @@ def margin_blocks(name: str, entry: Mapping[str, Any]) -> list[AnalysisBlock]:
     blocks: list[AnalysisBlock] = [
         Text(text=f"**{word} by {method_name(verdict)}** (`{name}`): {verdict['why']}.", kind=kind)
     ]
-    if rows:
-        blocks += [margin_chart(entry), _margin_table(rows)]
+    judged = [m for m in rows if m["exciters"]]
+    if judged:
+        blocks += [margin_chart(entry), _margin_table(judged)]
+    rest = [m for m in rows if not m["exciters"]]
+    if rest:
+        blocks.append(
+            Table(
+                folded=f"Not excited, not judged ({len(rest)})",
+                head=["shaft", "speed [rpm]", "whirl", "why"],
+                rows=[
+                    [
+                        m["shaft"],
+                        f"{m['critical_speed_rpm']:.1f}",
+                        whirl_text(m["whirl"]),
+                        m["excited_why"],
+                    ]
+                    for m in rest
+                ],
+            )
+        )
     damped = entry["critically_damped"]
     if damped:
         blocks.append(
@@ -263,7 +284,7 @@ def _margin_table(rows: Sequence[Mapping[str, Any]]) -> Table:
         title="" if is_long else "Separation margins",
         folded=f"Separation margins ({len(rows)})" if is_long else "",
         head=[
-            *("shaft", "critical speed [rpm]", "whirl", "excited by unbalance"),
+            *("shaft", "critical speed [rpm]", "whirl", "excited by"),
             *("amplification factor [1]", "margin", "asked [%]"),
             *("API 617", "15 %", "20 %"),
         ],
@@ -271,8 +292,8 @@ def _margin_table(rows: Sequence[Mapping[str, Any]]) -> Table:
             [
                 m["shaft"],
                 f"{m['critical_speed_rpm']:.1f}",
-                whirl_text(m["whirl"]),
-                m["excited"],
+                whirl_text(m["whirl"]) + ", coupled" * (m["kind"] == "coupled"),
+                " and ".join(m["exciters"]),
                 m["amplification_factor"],
                 margin_words(m["margin"]),
                 "no margin is enough" if m["required"] is None else f"{100.0 * m['required']:.1f}",
@@ -280,8 +301,9 @@ def _margin_table(rows: Sequence[Mapping[str, Any]]) -> Table:
             ]
             for m in rows
         ],
-        caption="Only what unbalance excites is judged. In the manner of API 617; no statement of "
-        "compliance. Speeds are those of the shaft itself.",
+        caption="In the manner of API 617; no statement of compliance. Of torsional ones 10 % from "
+        "the speed of the shaft are asked; other orders of torque are not looked at. Speeds are "
+        "those of the shaft itself.",
     )
 
 
@@ -302,8 +324,9 @@ def margin_chart(entry: Mapping[str, Any]) -> charts.Chart:
                         name="operating speed",
                         text=f"operating speed of {o['shaft']}, {low:g} to {high:g} rpm"),
         ]  # fmt: skip
+    judged = [m for m in entry["margins"] if m["exciters"]]
     for whirl in charts.WHIRL_LOOKS:
-        own = [m for m in entry["margins"] if (m["whirl"] or "planar") == whirl]
+        own = [m for m in judged if (m["whirl"] or "straight") == whirl]
         if own:
             parts.append(
                 charts.Curve(
@@ -315,7 +338,7 @@ def margin_chart(entry: Mapping[str, Any]) -> charts.Chart:
                 )
             )
     last = max(
-        [m["critical_speed_rpm"] for m in entry["margins"]]
+        [m["critical_speed_rpm"] for m in judged]
         + [part.high for part in parts if isinstance(part, charts.Span)]
     )
     speeds = charts.speed_axis(0.0, 1.04 * last, "speed of the shaft itself")
@@ -323,7 +346,7 @@ def margin_chart(entry: Mapping[str, Any]) -> charts.Chart:
         name="margins",
         title="Critical speeds and operating speeds",
         caption="Hatched: operating speeds of each shaft; plain around them: the largest margin "
-        f"that is {asked} of a critical speed that unbalance excites, on either side.",
+        f"that is {asked} of a critical speed, on either side.",
         alt="Critical speeds of each shaft beside its operating range; the table below has the "
         "numbers.",
         x=replace(speeds, digits=",.1f"),
@@ -334,12 +357,12 @@ def margin_chart(entry: Mapping[str, Any]) -> charts.Chart:
 
 
 def _most_asked(rows: Sequence[Mapping[str, Any]], shaft: str, side: int) -> float:
-    """The largest margin asked of excited critical speeds below (−1) or above (1) a range."""
+    """The largest margin asked of judged critical speeds below (−1) or above (1) a range."""
     return max(
         (
             m["required"]
             for m in rows
-            if m["shaft"] == shaft and m["excited"] and m["required"] and side * m["margin"] > 0.0
+            if m["shaft"] == shaft and m["exciters"] and m["required"] and side * m["margin"] > 0.0
         ),
         default=0.0,
     )

@@ -126,7 +126,7 @@ def _modes_at(document: Document, record: Mapping[str, Any], k: int, at: int) ->
                 TurningMode(
                     label=f"mode {mode + 1}, {direction}, {hertz:.5g} Hz",
                     hertz=hertz,
-                    whirl="planar" if direction == "standing" else direction,
+                    whirl="straight" if direction == "standing" else direction,
                     order=order,
                     displacement=moved,
                 )

@@ -2,7 +2,7 @@
 "use strict";
 window.solidwhirl = (() => {
   const TOKENS = ["ink", "muted", "faint", "paper", "panel", "forward", "backward", "mixed",
-    "planar", "band", "good", "bad", "c0", "c1", "c2", "c3", "c4", "c5", "c6", "c7"];
+    "straight", "band", "good", "bad", "c0", "c1", "c2", "c3", "c4", "c5", "c6", "c7"];
   const root = document.documentElement;
   const dark = window.matchMedia("(prefers-color-scheme: dark)");
   const coarse = window.matchMedia("(pointer: coarse)");

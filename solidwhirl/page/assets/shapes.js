@@ -6,8 +6,9 @@ solidwhirl.modeViewer = (host, data, firstTheme) => {
   const WHIRL = {
     forward: { color: "@forward", dash: "solid", symbol: "circle", sign: "●" },
     backward: { color: "@backward", dash: "dash", symbol: "square-open", sign: "□" },
-    planar: { color: "@planar", dash: "dot", symbol: "diamond-open", sign: "◇" },
+    straight: { color: "@straight", dash: "dot", symbol: "diamond-open", sign: "◇" },
     mixed: { color: "@mixed", dash: "dashdot", symbol: "diamond", sign: "◆" },
+    torsional: { sign: "△" }, axial: { sign: "▷" }, coupled: { sign: "☆" }, disk: { sign: "◎" },
   };
   const BODY_COLORS = ["@c5", "@c4", "@c2", "@c3", "@c7", "@muted"];
   const VIEWS = [["cut open", "cut"], ["see-through", "clear"], ["closed", "closed"]];
@@ -326,7 +327,7 @@ solidwhirl.modeViewer = (host, data, firstTheme) => {
     if (wants.orbits.checked) {
       for (const [sense, style] of Object.entries(WHIRL)) {
         if (!mode.sense.includes(sense)) continue;
-        const name = sense === "planar" ? "orbit that is a line" : sense + " orbit";
+        const name = sense === "straight" ? "orbit that is a line" : sense + " orbit";
         add({ type: "scatter3d", mode: "lines", name, line: lineOf(style.color, style.dash, 6), hoverinfo: "name",
           ...orbitPoints(sense, turns) });
         const dots = () => orbitPoints(sense, [phase]);
@@ -434,11 +435,11 @@ solidwhirl.modeViewer = (host, data, firstTheme) => {
     }), " " + text);
     if (data.turns) {
       key.replaceChildren(mark("forward", "forward wave; "), mark("backward", "backward wave; "),
-        mark("planar", "standing. Drag to turn the view, pinch or right-drag to shift it."));
+        mark("straight", "standing. Drag to turn the view, pinch or right-drag to shift it."));
       return;
     }
     key.replaceChildren(mark("forward", "forward orbit, full line; "), mark("backward", "backward orbit, broken line; "),
-      mark("planar", "line, dotted. The thin line along a body turns with it (not drawn beyond 20 turns per period). Drag to turn the view, pinch or right-drag to shift it."));
+      mark("straight", "line, dotted. The thin line along a body turns with it (not drawn beyond 20 turns per period). Drag to turn the view, pinch or right-drag to shift it."));
   }
 
   const gl = make("canvas").getContext("webgl2") || make("canvas").getContext("webgl");
@@ -457,7 +458,7 @@ solidwhirl.modeViewer = (host, data, firstTheme) => {
   size.addEventListener("input", () => { if (!busy) redraw(); });
   size.addEventListener("change", redraw);
   play.addEventListener("click", () => { playing = !playing; asked = playing; run(); });
-  const moving = data.states.findIndex((s) => s.modes.some((m) => (m.rpm > 0 || data.turns) && m.whirl !== "planar"));
+  const moving = data.states.findIndex((s) => s.modes.some((m) => (m.rpm > 0 || data.turns) && (data.turns ? m.whirl !== "straight" : ["forward", "backward", "mixed"].includes(m.whirl))));
   stateList.value = Math.max(0, moving);
   fillModes();
   // the lowest forward whirl, which unbalance excites

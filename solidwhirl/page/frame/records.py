@@ -20,7 +20,7 @@ from solidwhirl.pipeline.run import Results
 # have an opacity behind it, as in "@forward/0.2".
 COLOR_TOKENS = (
     "@ink", "@muted", "@faint", "@paper", "@panel",
-    "@forward", "@backward", "@mixed", "@planar", "@band",
+    "@forward", "@backward", "@mixed", "@straight", "@band",
     "@good", "@bad",
     "@c0", "@c1", "@c2", "@c3", "@c4", "@c5", "@c6", "@c7",
 )  # fmt: skip

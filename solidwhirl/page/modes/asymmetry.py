@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from solidwhirl.core.blocks import numbers
 from solidwhirl.page.frame.plotly_chart import page_chart
 from solidwhirl.page.frame.records import Block, Run, Section, Table, Text
+from solidwhirl.rotordyn.modes.kinds import kind_words, shares_in
 from solidwhirl.rotordyn.plots.asymmetric import FrequencyLines, lines_chart
 from solidwhirl.rotordyn.plots.campbell import error_words
 from solidwhirl.rotordyn.plots.chart import Chart
@@ -114,8 +117,8 @@ def resonances_table(found: Mapping[str, Any]) -> Table:
         [
             what,
             f"{r['speed_rpm']:.2f}",
-            r["motion"],
-            f"{r['multiple']:+d} × speed" if r["motion"] == "lateral" else "–",
+            kind_words(shares_in(r["shares"])),
+            f"{r['multiple']:+d} × speed" if r["multiple"] else "–",
             r["damping_ratio"],
             error_words(r["error_estimate"]),
         ]
@@ -147,10 +150,13 @@ def line_charts(found: Mapping[str, Any]) -> list[Chart]:
         )
     )
     spans = [(r["from_rpm"], r["to_rpm"]) for r in found["unstable_ranges"]]
-    kept = {"rpm": rpm, "multiples": lines["multiples"], "hertz": hertz}
+    kept = {
+        **{"rpm": rpm, "multiples": lines["multiples"], "hertz": hertz},
+        "kind": np.array(lines["kind"]),
+    }
     total = forward + backward + axial
     fixed = FrequencyLines(**kept, share=total, forward=forward + 0.5 * axial)
-    turning = FrequencyLines(**kept, share=inside, forward=0.5 * inside)
+    turning = FrequencyLines(**kept, share=inside, forward=None)
     return [
         lines_chart(fixed, "fixed axes", spans),
         lines_chart(turning, "axes of the body", spans),

@@ -15,6 +15,7 @@ from solidwhirl.page.frame.records import Chart, Run, Section, Table, Text
 from solidwhirl.pipeline.engine_stages import ExcitedCriticalSpeed
 from solidwhirl.pipeline.results import Results
 from solidwhirl.rotordyn import Campbell
+from solidwhirl.rotordyn.modes.kinds import motion_words
 from solidwhirl.rotordyn.plots import campbell as plots
 from solidwhirl.rotordyn.plots.campbell import CampbellView, campbell_chart, damping_chart
 from solidwhirl.rotordyn.plots.chart import HZ_PER_RAD_S
@@ -72,25 +73,36 @@ def campbell_view(
         for k, c in enumerate(critical_speeds)
         if c.critical.counts(rule)
     ]
-    texts = []
-    for c, error in found:
-        words = [f"{c.critical.whirl}, excited by {', '.join(c.excited_by)}"]
-        if c.critical.log_decrement:
-            words.append(f"log. decrement {c.critical.log_decrement:.4g}")
-            words.append(f"amplification {c.critical.amplification_factor:.3g}")
-        if error is not None:
-            words.append(f"error {plots.error_words(error)}")
-        texts.append("\n".join(words))
+    rings = [(c, error) for c, error in found if c.excitation.excited]
+    rest = [(c, error) for c, error in found if not c.excitation.excited]
     values = campbell.eigenvalues
     return CampbellView(
-        critical_speeds=[c.critical for c, _ in found],
-        critical_texts=texts,
+        critical_speeds=[c.critical for c, _ in rings],
+        critical_texts=[_meeting_text(*own) for own in rings],
+        crossings=[c.critical for c, _ in rest],
+        crossing_texts=[_meeting_text(*own) for own in rest],
         excitation_ratios=scene.speed_ratios(),
         operating_rad_s=reference_ranges_rad_s(operating_speeds(scene)),
         errors=None if estimates is None else estimates.campbell.total,
         damped=np.asarray(np.isfinite(values) & ~rule.counts(values)),
         unstable_rad_s=[(i.low_rad_s, i.high_rad_s) for i in unstable],
     )
+
+
+def _meeting_text(found: ExcitedCriticalSpeed, error: float | None) -> str:
+    """What a reader is told of a critical speed."""
+    critical = found.critical
+    words = [motion_words(critical.whirl, critical.shares)]
+    if found.excitation.excited:
+        words.append(f"excited by {', '.join(found.excited_by)}")
+    else:
+        words.append(f"not excited: {found.excitation.why}")
+    if critical.log_decrement:
+        words.append(f"log. decrement {critical.log_decrement:.4g}")
+        words.append(f"amplification {critical.amplification_factor:.3g}")
+    if error is not None:
+        words.append(f"error {plots.error_words(error)}")
+    return "\n".join(words)
 
 
 def small_chart(results: Results) -> Chart | None:

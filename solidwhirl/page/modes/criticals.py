@@ -9,13 +9,16 @@ from typing import Any
 import numpy as np
 
 from solidwhirl.analyses.base import CRITICAL_SPEEDS, reference_ranges_rad_s
-from solidwhirl.core.blocks import numbers, whirl_text
+from solidwhirl.core.blocks import motion_text, numbers
 from solidwhirl.page.frame.plotly_chart import page_chart
 from solidwhirl.page.frame.records import Run, Section, Table, Text
 from solidwhirl.rotordyn.plots import chart as charts
 from solidwhirl.rotordyn.plots.campbell import error_words
 from solidwhirl.rotordyn.plots.chart import operating_toggle
-from solidwhirl.scene_checks.operating import critical_speeds_that_count
+from solidwhirl.scene_checks.operating import (
+    critical_speeds_that_count,
+    excited_critical_speeds,
+)
 
 # Rows of a table that is not folded.
 _MOST = 15
@@ -26,22 +29,51 @@ _SEEN = 0.008
 def section(run: Run) -> Section | None:
     """Return the critical speeds; None where none can be, as the engine does not turn."""
     document, ratios = run.document, run.results.scene.speed_ratios()
-    found = critical_speeds_that_count(document)
-    damped = [c for c in document["critical_speeds"] if c not in found]
+    found, excited = critical_speeds_that_count(document), excited_critical_speeds(document)
     top = max(document["campbell"]["speed_rpm"], default=0.0)
     if not found and not top > 0.0:
         return None
     blocks: list[Any] = []
-    if found:
-        drawn = critical_speed_chart(found, top, reference_ranges_rad_s(run.results.operating))
-        blocks += [page_chart(drawn), critical_speed_table(found, ratios)]
+    if excited:
+        drawn = critical_speed_chart(excited, top, reference_ranges_rad_s(run.results.operating))
+        blocks.append(page_chart(drawn))
     elif top > 0.0:
-        blocks.append(Text(text=f"There is no resonance up to {top:g} rpm."))
+        none = "that unbalance excites" if found else "at all"
+        blocks.append(Text(text=f"There is no resonance {none} up to {top:g} rpm."))
+    return Section.at(CRITICAL_SPEEDS, [*blocks, *critical_speed_tables(document, ratios)])
+
+
+def critical_speed_tables(document: Mapping[str, Any], ratios: Mapping[str, float]) -> list[Table]:
+    """Return what unbalance excites, and folded what it does not and what is critically damped.
+
+    `document`: the contents of `results.json`. `ratios`: speed ratio of every body.
+    """
+    found, excited = critical_speeds_that_count(document), excited_critical_speeds(document)
+    rest = [c for c in found if not c["excited"]]
+    damped = [c for c in document["critical_speeds"] if c not in found]
+    tables = [critical_speed_table(excited, ratios)] if excited else []
+    if rest:
+        tables.append(
+            Table(
+                folded=f"Crossings that unbalance does not excite ({len(rest)})",
+                head=["reference shaft [rpm]", "frequency [Hz]", "whirl", "speed of", "why"],
+                rows=[
+                    [
+                        f"{c['speed_rpm']:.1f}",
+                        f"{c['frequency_hz']:.4g}",
+                        motion_text(c),
+                        ", ".join(c["shafts"]),
+                        c["excited_why"],
+                    ]
+                    for c in rest
+                ],
+                caption="Here a natural frequency is that at which the shafts named turn.",
+            )
+        )
     if damped:
-        table = critical_speed_table(damped, ratios)
         title = f"Critically damped, no resonances ({len(damped)})"
-        blocks.append(replace(table, folded=title, caption=""))
-    return Section.at(CRITICAL_SPEEDS, blocks)
+        tables.append(replace(critical_speed_table(damped, ratios), folded=title, caption=""))
+    return tables
 
 
 def critical_speed_table(found: Sequence[Mapping[str, Any]], ratios: Mapping[str, float]) -> Table:
@@ -50,7 +82,7 @@ def critical_speed_table(found: Sequence[Mapping[str, Any]], ratios: Mapping[str
     `found`: entries of `critical_speeds` of `results.json`. `ratios`: speed ratio of every body.
     """
     estimated = any("frequency_error_estimate" in c for c in found)
-    own = any(abs(ratios[c["excited_by"][0]]) != 1.0 for c in found)
+    own = any(abs(ratios[c["shafts"][0]]) != 1.0 for c in found)
     head = [
         *("reference shaft [rpm]", "frequency [Hz]", "whirl", "excited by"),
         *("log. decrement [1]", "amplification factor [1]"),
@@ -64,13 +96,13 @@ def critical_speed_table(found: Sequence[Mapping[str, Any]], ratios: Mapping[str
         row = [
             f"{c['speed_rpm']:.1f}",
             f"{c['frequency_hz']:.4g}",
-            whirl_text(c["whirl"]),
-            ", ".join(c["excited_by"]),
+            motion_text(c),
+            ", ".join(c["excited_by"]) or None,
             c["log_decrement"],
             c["amplification_factor"],
         ]
         if own:
-            row.insert(1, f"{c['speed_rpm'] * abs(ratios[c['excited_by'][0]]):.1f}")
+            row.insert(1, f"{c['speed_rpm'] * abs(ratios[c['shafts'][0]]):.1f}")
         if estimated:
             row.append(error_words(c.get("frequency_error_estimate")))
         rows.append(row)
@@ -96,7 +128,7 @@ def critical_speed_chart(
     exciters = list(dict.fromkeys(", ".join(c["excited_by"]) for c in found))
     parts: list[charts.Part] = [*operating_toggle(operating_rad_s)]
     for whirl in charts.WHIRL_LOOKS:
-        own = [c for c in found if (c["whirl"] or "planar") == whirl]
+        own = [c for c in found if c["whirl"] == whirl]
         if not own:
             continue
         x = numbers([c["speed_rpm"] for c in own])
@@ -127,7 +159,7 @@ def critical_speed_chart(
 
 
 def _critical_text(c: Mapping[str, Any]) -> str:
-    words = [f"{c['frequency_hz']:.6g} Hz, {c['whirl']}"]
+    words = [f"{c['frequency_hz']:.6g} Hz", motion_text(c)]
     if c["log_decrement"]:
         words.append(f"log. decrement {c['log_decrement']:.4g}")
     if c["amplification_factor"]:

@@ -14,7 +14,7 @@ from solidwhirl.page.frame.records import Row, Run, Section, Table, Text
 from solidwhirl.page.modes.campbell import small_chart
 from solidwhirl.page.modes.criticals import critical_speed_table
 from solidwhirl.pipeline.verdict_text import answers
-from solidwhirl.scene_checks.operating import critical_speeds_that_count, margin_of, nearest
+from solidwhirl.scene_checks.operating import excited_critical_speeds, margin_of, nearest
 
 # Critical speeds that a reader in a hurry is shown.
 _MOST = 12
@@ -32,7 +32,7 @@ def section(run: Run) -> Section:
         Row(blocks=(verdict_table(run), *beside, small_picture(run))),
         *warning(_messages(run.document)),
         critical_speeds_block(
-            critical_speeds_that_count(run.document),
+            excited_critical_speeds(run.document),
             run.results.operating,
             run.results.scene.speed_ratios(),
         ),
@@ -61,17 +61,17 @@ def critical_speeds_block(
 ) -> Table | Text:
     """Return the critical speeds nearest to operating speeds, with their margins.
 
-    `found`, `ratios`: as of `critical_speed_table`.
+    `found`: those that unbalance excites. `found`, `ratios`: as of `critical_speed_table`.
     """
     if not found:
-        return Text(text="**Critical speeds:** none in the speed range that is a resonance.")
+        return Text(text="**Critical speeds:** none in the speed range that unbalance excites.")
     entries, said = nearest(found, operating, _MOST)
     table = critical_speed_table(entries, ratios)
     head, rows = [*table.head], [[*row] for row in table.rows]
     if operating:
         head.append("margin")
         for row, c in zip(rows, entries, strict=True):
-            row.append(margin_text(c["speed_rpm"], c["excited_by"], operating))
+            row.append(margin_text(c["speed_rpm"], c["shafts"], operating))
         said += "Margins are from the operating speeds of the shaft that excites. "
     return Table(
         title="Critical speeds",

@@ -17,6 +17,9 @@ def entry(speed_rpm, margin, excited_by=("lp", "hp")):
         "frequency_hz": speed_rpm / 60.0,
         "frequency_error_estimate": 1e-7,
         "whirl": "backward",
+        "shares": {"lateral": 1.0, "torsional": 0.0, "axial": 0.0, "disk": 0.0},
+        "shafts": list(excited_by),
+        "excited": True,
         "log_decrement": 0.0123,
         "amplification_factor": None,
         "critically_damped": False,
@@ -84,6 +87,14 @@ def test_what_is_critically_damped_is_counted_not_listed():
     assert lines_of_table(rows[2:3], 110) == [
         "no critical speed in the speed range; 1 critically damped"
     ]
+
+
+def test_what_nothing_excites_is_counted_not_listed():
+    rows = [entry(1000.0 * k, None) for k in range(1, 5)]
+    rows[1] |= {"whirl": "torsional", "excited": False, "excited_by": []}
+    shown = lines_of_table(rows, 110)
+    assert not any("torsional" in line for line in shown)
+    assert shown[-1].strip() == "and 1 not excited by unbalance, see the report"
 
 
 def test_list_is_cut_by_the_rule_of_the_page():

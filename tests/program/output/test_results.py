@@ -43,12 +43,13 @@ BODY = {
     "assembled", "solved", "solver", "orthogonality_error", "hoop_strain_at_top_speed",
 }  # fmt: skip
 DIAGRAM = ESTIMATE | {
-    "frame", "speed_rpm", "frequency_hz", "whirl", "log_decrement", "critically_damped",
-    "interface_motion", "notes",
+    "frame", "speed_rpm", "frequency_hz", "whirl", "kind", "shares", "log_decrement",
+    "critically_damped", "interface_motion", "notes",
 }  # fmt: skip
 CRITICAL = ESTIMATE | {
-    "speed_rpm", "frequency_hz", "whirl", "log_decrement", "amplification_factor",
-    "critically_damped", "excited_by", "excited", "excited_why", "interface_motion",
+    "speed_rpm", "frequency_hz", "whirl", "kind", "shares", "log_decrement",
+    "amplification_factor", "critically_damped", "shafts", "exciters", "excited_by", "excited",
+    "excited_why", "interface_motion",
 }  # fmt: skip
 
 
@@ -131,7 +132,7 @@ def test_campbell(document):
     for key in ("frequency_hz", "whirl", "log_decrement"):
         assert [len(branch) for branch in diagram[key]] == [21] * 6, key
     senses = {sense for branch in diagram["whirl"] for sense in branch}
-    assert senses <= {"forward", "backward", "mixed", "planar"}
+    assert senses <= {"forward", "backward", "mixed", "straight"}
     assert {"forward", "backward"} <= senses
     # the first column is the spectrum at rest, computed apart from it
     first = [branch[0] for branch in diagram["frequency_hz"]]
@@ -147,7 +148,7 @@ def test_estimates_stand_beside_the_frequencies(document):
         summed = sum(np.array(v) for part, v in parts.items() if part != "interface_coupling")
         np.testing.assert_allclose(summed, total, rtol=1e-12)
     assert set(document["campbell"]["error_parts"]) == PARTS
-    assert set(document["modes_at_rest"]) == {"frequency_hz", "branch", *ESTIMATE}
+    assert set(document["modes_at_rest"]) == {"frequency_hz", "branch", "kind", "shares", *ESTIMATE}
     values = document["modes_at_rest"]["frequency_hz"]
     assert values == sorted(values)
     # 2 x 4 x reduced coordinates at most, fewer by the rigid joints
@@ -176,7 +177,7 @@ def test_critical_speeds(document):
         # both shafts turn at the reference speed: synchronous means f = rpm / 60
         assert entry["frequency_hz"] == pytest.approx(entry["speed_rpm"] / 60.0, rel=1e-12)
         assert 0.0 < entry["speed_rpm"] <= 20000.0
-        assert entry["whirl"] in ("forward", "backward", "mixed", "planar")
+        assert entry["whirl"] in ("forward", "backward", "mixed", "straight")
 
 
 # -- the other files ------------------------------------------------------------------------------

@@ -172,7 +172,7 @@ def _has_contrast(theme):
         for ground in ("paper", "panel"):
             assert _contrast(theme[name], theme[ground]) >= 4.5, (name, ground, theme)
     # sky, orange and purple of Okabe and Ito are lighter; marks and dashes tell them apart
-    for name in ("forward", "backward", "mixed", "planar", "c0", "c1", "c2"):
+    for name in ("forward", "backward", "mixed", "straight", "c0", "c1", "c2"):
         assert _contrast(theme[name], theme["paper"]) >= 3.0, (name, theme)
 
 

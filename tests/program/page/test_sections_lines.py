@@ -52,7 +52,7 @@ def _drawn(kind, name):
     return page_chart(_shown(kind)[name], kind)
 
 
-WHIRLS = st.sampled_from(["forward", "backward", "mixed", "planar", None])
+WHIRLS = st.sampled_from(["forward", "backward", "mixed", "straight", "torsional", "axial", None])
 
 
 @settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -88,15 +88,19 @@ def test_campbell_has_every_point_of_every_branch_in_the_line_of_its_whirl():
 def test_critical_speeds_lie_on_the_excitation_lines():
     run = everything()
     ratios = run.results.scene.speed_ratios()
-    (rings,) = (t for t in _page_campbell().traces if t["name"] == "critical speed")
-    found = run.document["critical_speeds"]
-    assert len(rings["x"]) == len(found) > 3
+    traces = _page_campbell().traces
+    (rings,) = (t for t in traces if t["name"] == "critical speed")
+    (rest,) = (t for t in traces if t["name"] == "crossing, not excited")
+    every = run.document["critical_speeds"]
+    found = [c for c in every if c["excited"]]
+    assert len(rings["x"]) == len(found) > 1
+    assert len(rest["x"]) == len(every) - len(found)
     lines = [m for m in excitation_lines(ratios, 9000.0, 1000.0).marks if isinstance(m, Curve)]
     slopes = {round(c.y[1] / c.x[1] * 60.0, 9) for c in lines}
     assert slopes == {1.0, 0.4}
     for x, y, c in zip(rings["x"], rings["y"], found, strict=True):
         # to the accuracy with which the meeting is found
-        assert y == pytest.approx(abs(ratios[c["excited_by"][0]]) * x / 60.0, rel=1e-6)
+        assert y == pytest.approx(abs(ratios[c["shafts"][0]]) * x / 60.0, rel=1e-6)
 
 
 def test_excitation_lines_end_at_the_frame_and_one_ratio_is_drawn_once():
@@ -116,6 +120,7 @@ def _branches(hertz, whirl, decrement=0.1):
         frequency_hz=hertz,
         log_decrement=decrement,
         whirl=np.array(whirl),
+        shares=np.broadcast_to([1.0, 0.0, 0.0, 0.0], (*hertz.shape, 4)),
         overlap=np.ones(hertz.shape),
         notes=(),
     )
@@ -397,7 +402,14 @@ def test_critically_damped_speeds_are_folded_away(laval):
     names = ("speed_rpm", "frequency_hz", "whirl", "log_decrement", "amplification_factor")
     rows = [(600.0, 10.5, "forward", 0.1, 31.0), (2500.0, 60.0, "backward", 9.0, 0.5)]
     speeds = [
-        {**dict(zip(names, row, strict=True)), "critically_damped": k == 1, "excited_by": ["rotor"]}
+        {
+            **dict(zip(names, row, strict=True)),
+            "critically_damped": k == 1,
+            "excited": True,
+            "shafts": ["rotor"],
+            "excited_by": ["rotor"],
+            "shares": {"lateral": 1.0, "torsional": 0.0, "axial": 0.0, "disk": 0.0},
+        }
         for k, row in enumerate(rows)
     ]
     document = laval.document | {"critical_speeds": speeds, "operating": [], "analyses": {}}

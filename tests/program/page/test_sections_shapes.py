@@ -103,7 +103,7 @@ def test_orbits_turn_as_the_mode_whirls(viewed):
             senses = {sense for sense in mode["sense"] if sense}
             assert mode["whirl"] == whirl
             if whirl in ("forward", "backward"):
-                assert senses <= {whirl, "planar"}
+                assert senses <= {whirl, "straight"}
                 seen |= senses
     assert {"forward", "backward"} <= seen
 

@@ -198,7 +198,7 @@ def test_ferraris_diagram(computed):
     assert diagram.frequency_hz.shape == (6, 21)
     assert np.isfinite(diagram.frequency_hz).all()
     # isotropic bearings but k_xx: at rest the modes are planar, in x or in y
-    assert set(diagram.whirl[:, 0]) == {"planar"}
+    assert set(diagram.whirl[:, 0]) == {"straight"}
     senses = ["backward", "forward", "backward", "forward"]
     for branch, sense in enumerate(senses):
         assert set(diagram.whirl[branch, 1:]) == {sense}, branch

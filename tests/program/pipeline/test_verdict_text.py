@@ -18,6 +18,7 @@ ACCURACY = {"asked": 1e-3, "largest_error_estimate": 3e-4, "met": True, "not_est
 def critical(rpm, *, excited=True, margin=None, factor=5.0):
     return {
         "speed_rpm": rpm, "whirl": "forward", "amplification_factor": factor, "excited": excited,
+        "shares": {"lateral": 1.0, "torsional": 0.0, "axial": 0.0, "disk": 0.0},
         "margin": margin, "margin_of": None if margin is None else "rotor",
     }  # fmt: skip
 

@@ -9,7 +9,7 @@ from solidwhirl.rotordyn import Campbell, CriticalSpeed
 from solidwhirl.study.measure import Measured, Usage
 
 TRUE_HZ = np.array([[100.0, 90.0], [100.0, 110.0], [300.0, 280.0], [300.0, 320.0]])
-WHIRL = [["planar", "backward"], ["planar", "forward"]] * 2
+WHIRL = [["straight", "backward"], ["straight", "forward"]] * 2
 
 
 @pytest.fixture
@@ -33,6 +33,7 @@ def measurement():
                 frequency_hz=frequency,
                 log_decrement=np.zeros_like(frequency),
                 whirl=np.array(WHIRL[:rows]),
+                shares=np.broadcast_to([1.0, 0.0, 0.0, 0.0], (*frequency.shape, 4)),
                 overlap=np.ones_like(frequency),
                 notes=(),
             ),
@@ -41,6 +42,7 @@ def measurement():
                     speed_rad_s=speed,
                     frequency_hz=speed / (2.0 * np.pi),
                     whirl="forward",
+                    shares=np.array([1.0, 0.0, 0.0, 0.0]),
                     shape=np.zeros(1, dtype=complex),
                     log_decrement=0.0,
                 ),

@@ -81,7 +81,7 @@ def test_turning_all_shafts_the_other_way_mirrors_the_whirl(ratio):
     with_it, against = twin(ratio=ratio), twin(ratio=-ratio, inner_ratio=-1.0)
     modes, mirrored = rd.modes_at_speed(with_it, 1200.0, 8), rd.modes_at_speed(against, 1200.0, 8)
     np.testing.assert_allclose(mirrored.frequency_hz, modes.frequency_hz, rtol=1e-10)
-    swap = {"forward": "backward", "backward": "forward", "mixed": "mixed", "planar": "planar"}
+    swap = {"forward": "backward", "backward": "forward", "mixed": "mixed", "straight": "straight"}
     directions = rd.whirl_direction(with_it, modes.shapes)
     expected = np.vectorize(swap.get)(directions)
     assert (rd.whirl_direction(against, mirrored.shapes) == expected).all()

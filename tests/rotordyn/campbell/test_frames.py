@@ -127,11 +127,11 @@ def test_shares_of_an_elliptic_mode():
     np.testing.assert_allclose(found, share, rtol=1e-7)
 
 
-def test_planar_orbit_has_two_equal_circles():
+def test_straight_orbit_has_two_equal_circles():
     """x = cos ωt is half a forward and half a backward circle: f ± Ω/2π, seen at equal size."""
     system = one_rotor(hub(polar_kg_m2=0.0), [ground("rotor", "hub", 1e6, 2e6)])
     diagram = rd.campbell(system, [0.0, 50.0, 400.0], branch_count=2)
-    assert (diagram.whirl == "planar").all()
+    assert (diagram.whirl == "straight").all()
     seen = campbell_seen_by_body(system, diagram, "rotor")
     # This body does not know its generator, so the path of its axis is taken.
     assert seen.share_source == "orbits"
@@ -149,7 +149,7 @@ def test_modes_of_equal_frequency_are_parted_by_their_labels():
     named = dataclasses.replace(diagram, whirl=np.repeat(whirl, 3, axis=1))
     share = campbell_seen_by_body(system, named, "rotor").share[0]
     np.testing.assert_allclose(share, np.repeat([[1.0], [0.0]] * 2, 3, axis=1), atol=1e-9)
-    same = dataclasses.replace(diagram, whirl=np.full((4, 3), "planar"))
+    same = dataclasses.replace(diagram, whirl=np.full((4, 3), "straight"))
     np.testing.assert_allclose(campbell_seen_by_body(system, same, "rotor").share, 0.5, rtol=1e-9)
 
 

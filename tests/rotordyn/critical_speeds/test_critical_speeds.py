@@ -31,7 +31,7 @@ from solidwhirl.rotordyn.assembly.bearing_laws import (
 )
 from solidwhirl.rotordyn.checks.plain_checks import check_campbell
 from solidwhirl.rotordyn.critical_speeds.search import count_critical_speeds
-from solidwhirl.rotordyn.modes.whirl import unbalance_excitation
+from solidwhirl.rotordyn.modes.whirl import excitation_by
 
 
 @pytest.mark.parametrize("ratio", [1.0, 2.0])
@@ -300,7 +300,7 @@ def test_equal_modes_are_a_forward_and_a_backward_circle(odd_row, damping):
     omega = np.sqrt(1e6 - (damping / 20.0) ** 2)
     np.testing.assert_allclose([c.speed_rad_s for c in found], [omega, omega], rtol=1e-9)
     assert sorted(c.whirl for c in found) == ["backward", "forward"]
-    excited = {c.whirl: unbalance_excitation(system, c.shape, ["rotor"]).excited for c in found}
+    excited = {c.whirl: excitation_by(system, c.shape, ["rotor"]).excited for c in found}
     assert excited == {"forward": True, "backward": False}
     modes = rd.modes_at_speed(system, 300.0, 2)
     assert sorted(rd.whirl_direction(system, modes.shapes)) == ["backward", "forward"]

@@ -35,7 +35,7 @@ def diagrams(pair):
 
 
 def _reordered(diagram, order):
-    names = ("eigenvalues", "frequency_hz", "log_decrement", "whirl", "overlap")
+    names = ("eigenvalues", "frequency_hz", "log_decrement", "whirl", "shares", "overlap")
     return dataclasses.replace(diagram, **{name: getattr(diagram, name)[order] for name in names})
 
 
@@ -65,8 +65,8 @@ def test_forward_and_backward_branches_that_cross_are_told_apart(diagrams):
     swapped = dataclasses.replace(base, whirl=base.whirl[::-1])
     np.testing.assert_array_equal(campbell_differences(base, base).partner, [0, 1])
     np.testing.assert_array_equal(campbell_differences(base, swapped).partner, [1, 0])
-    planar = dataclasses.replace(base, whirl=np.full((2, 7), "planar"))
-    np.testing.assert_array_equal(campbell_differences(base, planar).partner, [0, 1])
+    straight = dataclasses.replace(base, whirl=np.full((2, 7), "straight"))
+    np.testing.assert_array_equal(campbell_differences(base, straight).partner, [0, 1])
 
 
 def test_branches_without_partner_are_nan(diagrams):
@@ -102,7 +102,7 @@ def test_critical_speeds_are_matched_within_excitation_and_whirl(pair):
 def _critical(speed, whirl="forward", ratio=1.0):
     return CriticalSpeed(
         speed_rad_s=speed, frequency_hz=ratio * speed / (2 * np.pi), whirl=whirl,
-        shape=np.ones(2, complex), log_decrement=0.0,
+        shares=np.array([1.0, 0.0, 0.0, 0.0]), shape=np.ones(2, complex), log_decrement=0.0,
     )  # fmt: skip
 
 
@@ -122,9 +122,9 @@ def test_modes_are_paired_at_one_speed_as_branches_are():
         np.array([50.0, np.nan, 50.2, 80.0, 0.0]),
         np.array(["forward", "", "backward"] * 2)[:5],
     )
-    whirl[3:] = "planar"
+    whirl[3:] = "straight"
     theirs = np.array([0.0, 50.1, 50.15, 81.0, 200.0])
-    sense = np.array(["planar", "backward", "forward", "planar", "planar"])
+    sense = np.array(["straight", "backward", "forward", "straight", "straight"])
     found = frequency_partners(hertz, whirl, theirs, sense)
     np.testing.assert_array_equal(found, [2, -1, 1, 3, 0])
 

@@ -10,7 +10,7 @@ from solidwhirl.rotordyn import AnalysisError, critical_speeds
 from solidwhirl.rotordyn.assembly.coordinates import interface_row
 from solidwhirl.rotordyn.assembly.system import matrices_at_speed
 from solidwhirl.rotordyn.modes.damping import amplification_factor
-from solidwhirl.rotordyn.modes.whirl import unbalance_excitation
+from solidwhirl.rotordyn.modes.whirl import excitation_by
 from solidwhirl.rotordyn.response.separation_margins import (
     MarginMethod,
     OperatingRange,
@@ -108,7 +108,7 @@ def test_excited_is_what_an_unbalance_drives_without_bound(ratio, stretch):
         row = critical.shape.conj() @ matrices.mass
         size = abs(row @ np.linalg.solve(dynamic, force))
         quiet = abs(row) @ abs(np.linalg.solve(dynamic + 0.1 * matrices.stiffness, force))
-        excitation = unbalance_excitation(system, critical.shape, ["rotor"])
+        excitation = excitation_by(system, critical.shape, ["rotor"])
         assert excitation.excited is bool(size > 1e3 * quiet), (critical.whirl, size / quiet)
         if stretch == 1.0:
             forward = "forward" if ratio > 0 else "backward"
@@ -118,7 +118,7 @@ def test_excited_is_what_an_unbalance_drives_without_bound(ratio, stretch):
 def test_the_method_decides_and_says_why():
     near, silent = (
         _resonance(1200.0, 3.5, whirl="forward"),
-        _resonance(900.0, np.inf, excited=False),
+        _resonance(900.0, np.inf, exciters=()),
     )
     found = _margins(near, _resonance(400.0, np.inf), silent)
     # 18.5 % asked by the standard
@@ -135,3 +135,18 @@ def test_the_method_decides_and_says_why():
         verdict = margin_verdict(_margins(_resonance(900.0, 2.6)), MarginMethod(kind=kind))
         assert not verdict.passed
         assert "no margin is enough" in verdict.why
+
+
+def test_torsion_is_judged_by_a_tenth_of_the_speed():
+    """API 617 asks 10 % of torsional natural frequencies, whatever their amplification."""
+    torsional = {"exciters": ("torque",), "whirl": "torsional", "kind": "torsional"}
+    near, far, inside = (_resonance(x, 60.0, **torsional) for x in (1080.0, 1120.0, 900.0))
+    found = _margins(near, far, inside)
+    assert [m.required_api_617 for m in found] == [np.inf, 0.1, 0.1]
+    assert [m.verdict_api_617 for m in found] == ["inside margin", "inside margin", "ok"]
+    assert margin_verdict(_margins(far), MarginMethod()).passed
+    assert margin_verdict(_margins(far), MarginMethod(kind="percent", percent=25.0)).passed
+    assert not margin_verdict(_margins(inside), MarginMethod()).passed
+    # coupled: the larger of both
+    coupled = _margins(_resonance(1120.0, 60.0, exciters=("unbalance", "torque")))
+    assert coupled[0].required_api_617 > 0.2
