@@ -65,10 +65,11 @@ def plan(
             print_document(document)
             return
         from solidwhirl.console.plain_text import plain_text
-        from solidwhirl.output.plan_text import Costs, cost_parts, plan_parts
+        from solidwhirl.output.plan_text import Costs, accuracy_text, cost_parts, plan_parts
         from solidwhirl.scene.sweep import nominal_text
 
         nominal = [] if chosen.sweep is None else [nominal_text(str(scene), chosen.sweep)]
+        nominal.append(f"Accuracy asked for: {accuracy_text(chosen)}.")
         planned = plan_parts(decided, doubts, Costs(expected, effects))
         said = "`solidwhirl doctor --calibrate` makes it right for this machine, in 20 s."
         rough = [] if machine.calibrated else [said]

@@ -16,6 +16,7 @@ from solidwhirl.cost.tables import forecast_rows, memory_text, seconds_text
 from solidwhirl.model.plan_records import Plan
 from solidwhirl.model.resolution import Resolution
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
+from solidwhirl.scene.records import ACCURACY_WITH_FEATURES, Scene
 
 
 class Costs(NamedTuple):
@@ -42,6 +43,14 @@ def plan_parts(plan: Plan, doubts: Iterable[Doubt] = (), costs: Costs | None = N
             Table(head=("analysis", "to [rpm]", "which is"), rows=rows),
         ]
     return parts
+
+
+def accuracy_text(scene: Scene) -> str:
+    """The accuracy that a scene asks for, or that it has by default."""
+    asked = scene.model.accuracy
+    if asked == ACCURACY_WITH_FEATURES and any(b.has_features for b in scene.bodies.values()):
+        return f"{asked:g}, the default with blades, holes, slots and the like"
+    return f"{asked:g}"
 
 
 def plan_text(plan: Plan, doubts: Iterable[Doubt] = ()) -> str:

@@ -36,6 +36,8 @@ from solidwhirl.rotordyn.stability.eigenvalue_paths import Spectral, Stretch, pa
 _PLACES = 32
 # Steps of a period for each radian of the fastest motion of the basis.
 _PER_RADIAN = 0.5
+# Steps that are taken at once.
+_TOGETHER = 256
 # What is left of a motion after a period below which it is lost in the rounding of the others.
 _DEAD = 1e-6
 
@@ -164,14 +166,20 @@ class PeriodicMotions:
         turn = 2.0 * np.pi / self._system.stride
         wanted = _PER_RADIAN * self._scale * turn / speed
         doublings = max(0, int(np.ceil(np.log2(wanted / _PLACES))))
-        count = _PLACES * 2**doublings
-        angles = turn / count * np.arange(count)
+        finer = 2**doublings
+        count = _PLACES * finer
         step = turn / count / speed
-        early, late = (step * with_angle(parts, angles + g * turn / count) for g in GAUSS)
-        steps = exponentials(magnus_exponent(early, late))
-        for _ in range(doublings):
-            steps = steps[1::2] @ steps[::2]
-        return steps
+        out = []
+        # as many places together as steps fit into memory well
+        for first in range(0, _PLACES, max(1, _TOGETHER // finer)):
+            places = np.arange(first, min(first + max(1, _TOGETHER // finer), _PLACES))
+            angles = turn / count * np.arange(finer * places[0], finer * (places[-1] + 1))
+            early, late = (step * with_angle(parts, angles + g * turn / count) for g in GAUSS)
+            steps = exponentials(magnus_exponent(early, late))
+            for _ in range(doublings):
+                steps = steps[1::2] @ steps[::2]
+            out.append(steps)
+        return np.concatenate(out)
 
     def _mean_rate(self, right: ComplexArray) -> ComplexArray:
         """λ of the mean harmonic of each motion: p' over p."""
