@@ -126,7 +126,7 @@ def local_size_field(local: LocalSize, size: MeshSize, unit_m: float) -> None:
 def local_sizes(local: LocalSize, size: MeshSize, unit_m: float) -> list[int]:
     """Size fields of a meridian, in the plane y = 0, or of a sector; the smallest value counts."""
     if local.points.shape[1] == 3:
-        local = _with_skin(local)
+        local = with_skin(local)
     corners = local.points[local.cells] / unit_m
     values = local.size_m[local.cells] / unit_m
     size_drawn = drawn_length(size.size_m, unit_m)
@@ -148,7 +148,7 @@ def local_sizes(local: LocalSize, size: MeshSize, unit_m: float) -> list[int]:
     return [given, largest, *graded_fields(local.places, local.growth, size, 2, unit_m)]
 
 
-def _with_skin(local: LocalSize) -> LocalSize:
+def with_skin(local: LocalSize) -> LocalSize:
     """Sizes of a solid continued beyond its flat facets, constant along the normals.
 
     Curved surfaces bulge from the facets of the last mesh. gmsh would take the size of the nearest

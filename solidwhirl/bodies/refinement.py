@@ -33,8 +33,8 @@ _SHARES = {"mesh": 0.75, "mode_truncation": 0.2}
 # What the next mesh or basis aims at, as a part of its share: estimates of one mesh foretell the
 # next one to about that.
 _AIM = 0.85
-# Sizes at the edges of blades and the like decide for many tetrahedra beside them: the next estimate
-# is 1.6 to 2.2 times what was aimed at (measured: bladed wheels, 1e-2 and 2e-3).
+# Sizes at the edges of blades and the like decide for many tetrahedra beside them: the next
+# estimate is 1.6 to 2.2 times what was aimed at (measured: bladed wheels, 1e-2 and 2e-3).
 _AIM_OF_FEATURES = 0.5
 # The error of a truncated basis falls about with this power of its number of modes.
 _MODES_POWER = 4.0
@@ -258,7 +258,9 @@ def _refined(
         allowed = _allowed(found, name, "mesh", accuracy)
         # asked last: indicators of a body that was kept cost its reduction
         if _own(found, name, "mesh") > allowed and result.work.indicators:
-            aim = _AIM_OF_FEATURES if isinstance(result.body, Body) and result.body.features else _AIM
+            aim = (
+                _AIM_OF_FEATURES if isinstance(result.body, Body) and result.body.features else _AIM
+            )
             chosen = _finer_mesh(found, result, chosen, aim * allowed)
             what.append("mesh")
     if not chosen.modes_fixed:

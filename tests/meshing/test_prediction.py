@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from shapes import body as body_of
 
 from solidwhirl.geometry import Joint
 from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_revolved
-from solidwhirl.meshing.own.prediction import PredictedMesh, predict_mesh
+from solidwhirl.meshing.own.prediction import PredictedMesh, counted, predict_mesh
 
 
 def tube(inner, outer, length=0.3, **options):
@@ -24,20 +25,19 @@ def rigid_seat():
     return tube(0.02, 0.03, interfaces=(seat,))
 
 
-def counted(mesh):
-    """Numbers of a mesh that was made."""
-    d = mesh.dimension
-    corners = mesh.cells[:, : d + 1]
-    pairs = [(i, j) for i in range(d + 1) for j in range(i)]
-    edges = np.unique(np.sort(np.vstack([corners[:, p] for p in pairs]), axis=1), axis=0)
-    return PredictedMesh(
-        dimension=d,
-        cells=len(corners),
-        vertices=len(np.unique(corners)),
-        edges=len(edges),
-        facets=0,
-        graded_places=0,
-    )
+@pytest.mark.parametrize("mesh_of", [mesh_meridian, mesh_revolved])
+def test_numbers_of_a_mesh_that_was_made(mesh_of):
+    """Edges and facets one by one, against the nodes and Euler's formula."""
+    mesh = mesh_of(tube(0.05, 0.1), MeshSize(size_m=0.05, corner_size_m=0.03, around=8))
+    d, found = mesh.dimension, counted(mesh)
+    corners = np.sort(mesh.cells[:, : d + 1], axis=1)
+
+    def simplices(size):
+        parts = [corners[:, list(c)] for c in combinations(range(d + 1), size)]
+        return len(np.unique(np.vstack(parts), axis=0))
+
+    assert (found.cells, found.vertices, found.edges) == (len(corners), *map(simplices, (1, 2)))
+    assert found.facets == (simplices(3) if d == 3 else 0)
 
 
 @pytest.mark.parametrize("degree", [1, 2, 3, 4, 5])

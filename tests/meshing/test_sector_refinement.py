@@ -6,11 +6,13 @@ import math
 
 import numpy as np
 import pytest
+from scipy.spatial import Delaunay
 from shapes import bladed_disk, section
 from simplex import mesh_mass_kg
 
 from solidwhirl.geometry import MATERIALS, Body, Hole
-from solidwhirl.meshing import MeshingError, MeshSize, refined_sector
+from solidwhirl.meshing import LocalSize, MeshingError, MeshSize, refined_sector
+from solidwhirl.meshing.own.drawing import with_skin
 from solidwhirl.meshing.own.features.sector import mesh_sector
 from solidwhirl.meshing.own.prediction import predict_refined
 
@@ -95,6 +97,32 @@ def test_cells_are_predicted(body, mesh, target):
     rise = np.abs(local.size_m[a] - local.size_m[b])
     length = np.linalg.norm(points[a] - points[b], axis=1)
     assert (rise <= SIZE.growth * length * (1.0 + 1e-12)).all()
+
+
+def test_sizes_go_on_beyond_flat_facets():
+    """On arcs between 24 edges the size is that of the chord, not that of the nearest vertex."""
+    around = 2.0 * np.pi / 24 * np.arange(24)
+    ring = np.column_stack([np.cos(around), np.sin(around), np.zeros(24)])
+    disk = np.vstack([ring, np.zeros((1, 3))])
+    points = np.vstack([disk, disk + np.array([0.0, 0.0, 1.0])])
+    size = np.ones(len(points))
+    size[3] = 0.01  # on the circle at z = 0
+    cells = Delaunay(points).simplices
+    local = with_skin(LocalSize(points=points, cells=cells, size_m=size))
+    middle = around[2] + 0.5 * (around[1] - around[0])
+    share = 0.25
+    place = np.array([np.cos(middle), np.sin(middle), share])  # 0.0086 beyond the facets
+    corners = local.points[local.cells]
+    sides = np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2)
+    there = np.abs(np.linalg.det(sides)) > 1e-12
+    inner = np.linalg.solve(sides[there], (place - corners[there, 0])[..., None])[..., 0]
+    weights = np.column_stack([1.0 - inner.sum(axis=1), inner])
+    holding = (weights >= -1e-9).all(axis=1)
+    assert holding.any()
+    found = (weights[holding] * local.size_m[local.cells[there][holding]]).sum(axis=1)
+    # of the two triangles that a square can be cut into, one sees the fine vertex by 0.25, one by
+    # 0.5: linear between 0.01 and 1; the layer's normals turn by 7.5 degrees
+    assert ((found > 0.45) & (found < 0.8)).all()
 
 
 def test_blades_are_refined_on_their_own(body, mesh):

@@ -13,12 +13,16 @@ from solidwhirl.bodies.contributions import AskedModes, Contributions, error_con
 from solidwhirl.bodies.reduction import first_discretisation
 from solidwhirl.bodies.refinement import Round, rounds_of
 from solidwhirl.build import bearing, body, cylinder, scene
+from solidwhirl.cache.files import StageStore
+from solidwhirl.console.summary import warning_lines
+from solidwhirl.core.errors import MemoryShortageError
 from solidwhirl.cost import forecast as forecasts
 from solidwhirl.cost.engine import seconds_of, stage_works
 from solidwhirl.cost.forecast import forecast, refuse_too_large, shortage_of
 from solidwhirl.cost.work import predict_cost
 from solidwhirl.model.bodies import build_bodies
 from solidwhirl.model.effects import make_plan
+from solidwhirl.output.documents import results_document
 from solidwhirl.pipeline.run import run_scene
 from solidwhirl.reduced_scene import reduce_scene
 from solidwhirl.rotordyn import modes_at_speed
@@ -111,6 +115,37 @@ def test_a_round_that_memory_can_not_hold_is_not_begun():
     assert found[-1].kept
 
 
+def test_a_round_that_runs_out_of_memory_is_given_up():
+    """The one before it counts; of the first there is none."""
+    held = []
+
+    def reduce_one(name, chosen, before):
+        held.append(before)
+        if chosen == last:
+            raise MemoryShortageError("9 GB are needed")
+        return chosen
+
+    def judge(reduced, number, multiple):
+        found = Round(
+            unknowns={}, modes={}, estimate=0.5**number, parts={}, refined=("a: mesh",), looked_at=6
+        )
+        return found, {"a": number + 1}
+
+    last = 3
+    bodies, found = rounds_of(
+        {"a": 1}, reduce_one, judge, Alone, MOST, let_go=lambda result: f"{result} let go"
+    )
+    assert held == [None, "1 let go", "2 let go"]
+    assert bodies == {"a": "2 let go"}
+    assert [r.stopped for r in found] == ["", "9 GB are needed"]
+    assert [r.kept for r in found] == [False, True]
+    assert [r.refined for r in found] == [("a: mesh",), ()]
+    assert found[1].lacked_memory
+    last = 1
+    with pytest.raises(MemoryShortageError):
+        rounds_of({"a": 1}, reduce_one, judge, Alone, MOST)
+
+
 def test_a_round_that_memory_can_not_hold_aims_at_less():
     """Half the accuracy fits; then half and a quarter do not, and the round is good enough."""
 
@@ -134,8 +169,8 @@ def test_memory_is_forecast_before_every_round(monkeypatch, available, allowed):
     shortage = shortage_of(asked, plan, bodies, said.append)
     why = shortage({"shaft": first_discretisation(asked, plan, "shaft")}, {})
     if min(available, allowed or available) < 1.0:
-        assert why.startswith("the next round needs about ")
-        assert why.endswith(" GiB are left")
+        assert why.startswith("the next round would need about ")
+        assert why.endswith(" GiB are free")
         assert said == []
     else:
         assert why == ""
@@ -214,6 +249,55 @@ def test_rotors_that_nothing_holds_are_refined_as_others_are(support, from_rpm):
     assert results.estimates.largest <= 2e-3
     assert len(results.rounds) <= 3
     assert sum(results.rounds[-1].unknowns.values()) < 6000
+
+
+@pytest.mark.solver
+@pytest.mark.parametrize("lacking", ["factor", "mesh", "allocation"])
+def test_a_run_that_may_not_go_on_has_the_results_of_its_best_round(tmp_path, monkeypatch, lacking):
+    """And says why; with more memory a later run goes on from there."""
+    import solidwhirl.bodies.reduction as bodies_of
+    import solidwhirl.reduction
+    import solidwhirl.reduction.solvers.constrained as constrained
+
+    asked = free_shaft(6000.0, support=1e7, accuracy=1e-4)
+    begun, made = [], []
+    reduce_meshed, mesh_body = bodies_of.reduce_meshed, bodies_of.mesh_body
+
+    def limited(*args):
+        begun.append(args)
+        if len(begun) > 1 and lacking == "factor":  # MUMPS itself finds that it is not enough
+            patched.setattr(constrained, "available_memory_bytes", lambda comm: 2**20)
+        if len(begun) > 1 and lacking == "allocation":
+            patched.setattr(solidwhirl.reduction, "reduce_body", failing)
+        return reduce_meshed(*args)
+
+    def failing(*args):
+        raise MemoryError
+
+    def meshed(*args):
+        made.append(args)
+        return mesh_body(*args)
+
+    def available_gib():
+        return 0.01 if lacking == "mesh" and len(made) > 1 else 100.0
+
+    store = StageStore(tmp_path)
+    with monkeypatch.context() as patched:
+        patched.setattr(bodies_of, "reduce_meshed", limited)
+        patched.setattr(bodies_of, "mesh_body", meshed)
+        patched.setattr(forecasts, "available_memory_gib", available_gib)
+        stopped = run_scene(asked, store=store)
+    (only,) = [r for r in stopped.rounds if r.kept]
+    assert only.stopped and only.lacked_memory and only.estimate > 1e-4
+    document = results_document(stopped)
+    assert document["accuracy"]["met"] is False
+    assert document["accuracy"]["rounds"][-1]["stopped"] == only.stopped
+    (line,) = warning_lines(stopped, document)
+    assert "accuracy not met" in line and only.stopped in line
+    if lacking == "factor":
+        later = run_scene(asked, store=store)
+        assert results_document(later)["accuracy"]["met"] is True
+        assert later.stages["reduction shaft"] == "kept"
 
 
 @pytest.mark.solver

@@ -23,6 +23,7 @@ from solidwhirl.cost.stand_in import stand_in, stepped_parts
 from solidwhirl.cost.tables import cost_rows, forecast_document, forecast_rows
 from solidwhirl.cost.work import STAGES, predict_body_cost, predict_cost
 from solidwhirl.meshing import mesh_meridian
+from solidwhirl.meshing.own.prediction import PredictedMesh
 from solidwhirl.model.bodies import build_bodies
 from solidwhirl.model.effects import make_plan
 from solidwhirl.pipeline.run import run_scene
@@ -167,6 +168,22 @@ def test_engine_grows_with_the_cube_of_its_coordinates(planned, small_scene):
     scene, bodies, plan = planned(small_scene(rpm=(0.0,)), level="harmonic")
     still = predict_cost(plan, scene, bodies, modes={"rotor": 8}).whole
     assert "critical_speeds" not in still.seconds
+
+
+@pytest.mark.parametrize(
+    ("nodes", "peak_gib"), [(3246, 0.47), (9255, 1.08), (11255, 1.42), (32501, 3.3)]
+)
+def test_memory_of_a_bladed_sector_within_a_factor_of_one_and_a_half(small_scene, nodes, peak_gib):
+    """Largest resident memory of runs of wheels with 24 and 36 blades, by the nodes of a mesh."""
+    blades = {"name": "fan", "on": "disk", "count": 24, "length_m": 0.05, "chord_m": 0.01}
+    data = small_scene(body={"blades": [blades | {"thickness_m": 4e-3, "stagger_deg": 30}]})
+    scene = parse_scene(data | {"model": {"level": "solid"}})
+    bodies = build_bodies(scene)
+    plan = make_plan(scene, bodies, "solid").bodies["rotor"]
+    none = PredictedMesh(dimension=2, cells=0, vertices=0, edges=0, facets=0, graded_places=0)
+    mesh = replace(none, dimension=3, vertices=nodes, cut_face=none)
+    cost = predict_body_cost(bodies["rotor"], plan, modes=6, estimates=True, mesh=mesh)
+    assert 1 / 1.5 < cost.peak_memory_gib / peak_gib < 1.5
 
 
 def test_this_machine_is_measured():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import replace
 
@@ -80,6 +81,22 @@ def test_only_bodies_with_features_are_solids(twin):
     # without them beams are good enough, so that it is the features that keep them out
     plain = twin(model={"accuracy": 0.1})
     assert chosen_level(plain, build_bodies(plain)) == "beam"
+
+
+def test_the_accuracy_is_coarser_with_features_where_none_is_given(scene_data):
+    def accuracy(**changes):
+        data = scene_data("ferraris")
+        del data["model"]
+        data |= {"model": changes.pop("model")} if "model" in changes else {}
+        data["bodies"]["inner"] |= changes
+        scene = parse_scene(data)
+        again = parse_scene(json.loads(scene.model_dump_json(exclude_unset=True, by_alias=True)))
+        assert again.model.accuracy == scene.model.accuracy
+        return scene.model.accuracy
+
+    assert accuracy() == accuracy(model={"level": "harmonic"}) == 1e-3
+    assert accuracy(blades=[FAN]) == accuracy(holes=[BOLTS], model={"level": "solid"}) == 1e-2
+    assert accuracy(blades=[FAN], model={"accuracy": 1e-3}) == 1e-3
 
 
 @pytest.mark.parametrize("level", ["beam", "harmonic"])
