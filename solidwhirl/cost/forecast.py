@@ -36,8 +36,9 @@ from solidwhirl.scene.records import Scene
 
 # A round that is foreseen to have hardly more unknowns than the first one is not made.
 _GROWTH = 1.25
-# First meshes are better than their rule expects by such factors, by the order of their elements;
-# where that is enough there is one round (measured: bench/forecast.py).
+# First meshes are better than their rule expects by such factors, by the order of their elements,
+# but for those with features; where that is enough there is one round (measured:
+# bench/forecast.py).
 _BETTER, _LOWEST = {2: 2.0, 3: 10.0}, 2
 # Meshes of elements of order 2 become larger by these factors at least, once they are refined
 # (measured: bench/forecast.py).
@@ -184,7 +185,7 @@ def _finer(
         assert isinstance(body, Body)  # given meshes are not adapted
         wanted = choose_resolution(body, own.level, rule)
         is_coarse = wanted.size.corner_size_m < first.size.corner_size_m
-        better = _BETTER.get(first.degree, 1.0)
+        better = 1.0 if body.features else _BETTER.get(first.degree, 1.0)
         if not is_coarse or first.expected_error <= better * scene.model.accuracy:
             continue
         plans[name] = replace(own, resolution=replace(wanted, degree=first.degree))
