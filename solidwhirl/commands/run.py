@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import click
 import typer
 
 from solidwhirl.commands import options
@@ -32,6 +31,7 @@ EXAMPLES = options.examples(
 class RunOptions:
     """What `run` takes."""
 
+    context: typer.Context
     scene: options.SceneFile
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the results.")]
     level: options.Level = None
@@ -94,20 +94,15 @@ def _keeps_stages(asked: RunOptions) -> bool:
         return False
 
 
-def _started_s() -> float:
-    """When the program was started [s]: loading it is part of the time that a user waits."""
-    context = click.get_current_context(silent=True)
-    known = None if context is None else context.obj
-    return known if isinstance(known, float) else time.perf_counter()
-
-
 def _run_on_first_rank(scene: Scene, asked: RunOptions) -> None:
     """Run and write a scene on the rank that has the results."""
     from solidwhirl.console import summary
     from solidwhirl.core.check_report import failed
     from solidwhirl.scene.sweep import nominal_text
 
-    started = _started_s()
+    # loading the program is part of the time that a user waits
+    known = asked.context.obj
+    started = known if isinstance(known, float) else time.perf_counter()
     if scene.sweep is not None and not asked.quiet:
         typer.echo(nominal_text(str(asked.scene), scene.sweep), err=True)
     results, document = _written(scene, asked)
