@@ -15,6 +15,7 @@ from solidwhirl.analyses.measured.records import (
     MeasuredFunction,
     MeasuredMode,
 )
+from solidwhirl.core.errors import choice
 
 _OF_MODE = ("frequency_hz", "damping_ratio", "uncertainty_hz")
 _MODE_COLUMNS = ("mode", *_OF_MODE, "sensor", "real", "imaginary")
@@ -78,7 +79,7 @@ def read_modes(path: Path, sensors: Sequence[str]) -> tuple[MeasuredMode, ...]:
     unknown = [key for key in head if key not in _MODE_COLUMNS]
     if unknown:
         raise MeasuredFileError(
-            path, f"unknown column {unknown[0]!r}; allowed are {', '.join(_MODE_COLUMNS)}"
+            path, f"unknown column {unknown[0]!r}; {choice(unknown[0], list(_MODE_COLUMNS))}"
         )
     own: dict[str, tuple[float | None, ...]] = {}
     shapes: dict[str, dict[str, complex]] = {}
