@@ -214,7 +214,7 @@ def show_table(console: Console, table: CoefficientTable) -> None:
     _show_rows(console, table.source, heads, numbers[:_MOST_ROWS])
     if len(numbers) > _MOST_ROWS:
         console.print(Text(f"and {len(numbers) - _MOST_ROWS} more rows"))
-    for line in (*table.notes, *findings(table)):
+    for line in (*table.notes, *table.assumed, *findings(table)):
         if line.startswith("warning"):
             typer.secho(line, fg="yellow", err=True)
         else:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import resources
 from typing import TYPE_CHECKING
@@ -89,6 +89,8 @@ def implausible(scene: Scene, bodies: Mapping[str, Body]) -> tuple[Doubt, ...]:
     imported = {name: imported_element(name, spec) for name, spec in scene.imported.items()}
     for name, element in imported.items():
         found += _imported_doubts(f"imported.{name}", element)
+    for name, law in scene.speed_laws.items():
+        found += _assumed_doubts(name, law.assumed if isinstance(law, AbsoluteLaw) else ())
     for bearing in scene.bearings:
         found += _stiffness_doubts(bearing.key, bearing)
     masses = {s.name: s.mass_kg for s in shapes}
@@ -101,6 +103,17 @@ def implausible(scene: Scene, bodies: Mapping[str, Body]) -> tuple[Doubt, ...]:
     found += _operating_doubts(scene)
     found += cut_doubts(scene)
     return tuple(dict.fromkeys(found))
+
+
+def _assumed_doubts(law: str, assumed: Sequence[str]) -> Iterator[Doubt]:
+    """Tables of one direction that stand for both; without cross terms many are."""
+    for said in (text for text in assumed if "yy" in text):
+        yield Doubt(
+            key=f"speed_laws.{law}.file",
+            found=said,
+            usual="columns of both directions, and of cross terms",
+            mistake="The same in x and y on purpose? Then this is as it should be.",
+        )
 
 
 def _first(*judged: tuple[Usual, str, float]) -> list[Doubt]:

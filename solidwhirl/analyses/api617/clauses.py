@@ -142,7 +142,7 @@ def _margin_rows(found: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
 
 
 def _margin_row(where: str, peak: Mapping[str, Any]) -> dict[str, Any]:
-    at = f"of {peak['speed_rpm']:.0f} rpm"
+    at = f"of the peak at {peak['speed_rpm']:.0f} rpm"
     factor = peak["amplification_factor"]
     note = "" if factor is None else f"amplification factor {factor:.3g}"
     value, limit = abs(peak["margin"]), peak["required_margin"]

@@ -10,8 +10,6 @@ import pytest
 from solidwhirl.build import beam, bearing, body, cylinder
 from solidwhirl.geometry import MATERIALS, GeometryError
 from solidwhirl.model.bodies import build_bodies
-from solidwhirl.output.plan_text import plan_text
-from solidwhirl.pipeline.run import make_plan
 from solidwhirl.plausibility.units import implausible
 from solidwhirl.scene_reading.reader import parse_scene
 
@@ -176,15 +174,3 @@ def test_other_doubts(scene_data, small_scene):
     assert any("rigid_bodies.casing" in doubt.key for doubt in doubts(data))
     metres = {"name": "beam", "beams": {"b": beam([0.0, 400.0], 20.0, {"a": 0.0})}}
     assert [doubt.key for doubt in doubts(metres)] == ["beams.b"]
-
-
-def test_plan_shows_doubts(small_scene):
-    data = small_scene()
-    data["bearings"][0]["stiffness_n_per_m"] = 1e13
-    scene = parse_scene(data)
-    bodies = build_bodies(scene)
-    found = implausible(scene, bodies)
-    text = plan_text(make_plan(scene, bodies), found)
-    assert text.startswith("Warnings:")
-    assert found[0].message in text
-    assert "Doubts" not in plan_text(make_plan(scene, bodies))
