@@ -28,8 +28,8 @@ def write_ross(element: Superelement, path: str | Path) -> Exported:
     interfaces have no coordinates of their own.
 
     ROSS (2.3.0 and 3.1.0) has six coordinates x, y, z, α, β, θ at each node, which are ux to rz
-    here with the same signs. Interfaces are nodes, in the order of their z; modal coordinates follow
-    behind all nodes.
+    here with the same signs. Interfaces are nodes, in the order of their z; modal coordinates
+    follow behind all nodes.
     """
     if element.constraint is not None and element.constraint.shape[1] < element.size:
         raise SuperelementError(
