@@ -236,8 +236,8 @@ def remedy_for(name: str, package: str | None, why: str) -> str:
         folder = f"--upgrade {sys.prefix}" if inside else ".venv"
         return f"/usr/bin/python3 -m venv --system-site-packages {folder}"
     # Debian's packages are for its own Python
-    own = sys.base_prefix != "/usr" and sys.version_info >= (3, 12)
-    return pip(_WHEEL) if own else apt(package)
+    is_other = sys.base_prefix != "/usr" and sys.version_info >= (3, 12)
+    return pip(_WHEEL) if is_other else apt(package)
 
 
 def _compiler() -> Finding:

@@ -6,7 +6,7 @@ import unicodedata
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, Literal, LiteralString, cast
+from typing import Annotated, Any, Literal
 
 from pydantic import (
     AfterValidator,
@@ -88,8 +88,9 @@ def validated_at(handler: Callable[[Any], Any], value: Any, place: Callable[[_Ke
         told: dict[_Keys, InitErrorDetails] = {}
         for one in error.errors(include_url=False):
             # as a kind of its own, since others than pydantic's can't be made anew by their name
+            code: Any = one["type"]
             said: Any = {**one.get("ctx", {}), "said": one["msg"]}
-            kind = PydanticCustomError(cast(LiteralString, one["type"]), "{said}", said)
+            kind = PydanticCustomError(code, "{said}", said)
             keys = place(one["loc"])
             told.setdefault(keys, InitErrorDetails(type=kind, loc=keys, input=one["input"]))
         raise ValidationError.from_exception_data(error.title, [*told.values()]) from None

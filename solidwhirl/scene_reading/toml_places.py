@@ -179,7 +179,8 @@ def last_token(text: str, before: int) -> tuple[int, str] | None:
         if token.at >= before:
             break
         if token.said != "\n":
-            found = token.at + len(token.said), token.said
+            said = token.said[: before - token.at]
+            found = token.at + len(said), said
     return found
 
 
