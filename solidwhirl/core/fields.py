@@ -246,6 +246,10 @@ class Record(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=False, defer_build=True)
 
+    def __eq__(self, other: object) -> bool:
+        """Whether both say the same; where in a file it stood is no part of that."""
+        return type(self) is type(other) and self.__dict__ == other.__dict__
+
 
 def keys_of(record: type[BaseModel]) -> dict[str, FieldInfo]:
     """Return the fields of a record by their keys in files; one may be a word of Python."""

@@ -111,7 +111,7 @@ def _blocks(path: Path) -> tuple[list[tuple[str, Mapping[str, Any]]], list[int]]
         raise MeasuredFileError(
             path, f"{len(marks)} marks -1, so that a block has no beginning or no end; it is broken"
         )
-    found = []
+    found: list[tuple[str, Mapping[str, Any]]] = []
     for k, kind in enumerate(types):
         where = f"block {k + 1} (dataset {kind})"
         if kind in _READ:
