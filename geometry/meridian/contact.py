@@ -21,6 +21,8 @@ def refuse_overlaps(body: Body, tolerance_m: float) -> None:
     naming the two sections, the shared meridian area and the place where it is deepest.
     """
     for first, second in combinations(body.sections, 2):
+        if first.start_m >= second.end_m or second.start_m >= first.end_m:
+            continue
         stations, depths = _common_thickness(first, second)
         if not stations or max(depths) <= tolerance_m:
             continue
@@ -87,6 +89,8 @@ def refuse_pinches(body: Body, graph: PlaneGraph) -> None:
             axis.update(ends)
     for point, count in sorted(total.items()):
         z, r = graph.points[point]
+        if count <= 2 and (r != 0.0 or axis[point]):
+            continue
         names = _quoted(_sections_at(point, body, graph))
         place = f"z = {z:.9g} m, r = {r:.9g} m"
         if count > 2:
@@ -94,11 +98,10 @@ def refuse_pinches(body: Body, graph: PlaneGraph) -> None:
                 f"body '{body.name}': sections {names} touch only in a point at {place}; the "
                 "outline is pinched there, give them an edge of positive length in common"
             )
-        if r == 0.0 and axis[point] == 0:
-            raise GeometryError(
-                f"body '{body.name}': sections {names} touch the axis only in a point at {place}; "
-                "the outline is pinched there"
-            )
+        raise GeometryError(
+            f"body '{body.name}': sections {names} touch the axis only in a point at {place}; "
+            "the outline is pinched there"
+        )
 
 
 def _sections_at(point: int, body: Body, graph: PlaneGraph) -> list[str]:
@@ -191,11 +194,17 @@ def refuse_tiny_details(body: Body, graph: PlaneGraph, detail_m: float) -> None:
     sections, the place and the distance.
     """
     used = np.unique([(curve.start, curve.end) for curve in graph.curves])
+    used = used[np.argsort(graph.points[used, 0])]
+    places = graph.points[used, 0]
     for number, curve in enumerate(graph.curves):
         if curve.centre is not None:
             continue
         start, end = graph.points[curve.start], graph.points[curve.end]
-        others = used[(used != curve.start) & (used != curve.end)]
+        low, high = np.searchsorted(
+            places, (min(start[0], end[0]) - detail_m, max(start[0], end[0]) + detail_m)
+        )
+        others = used[low:high]
+        others = others[(others != curve.start) & (others != curve.end)]
         near = _nearest_on_segment(graph.points[others], start, end)
         distance = np.hypot(*(graph.points[others] - near).T)
         length = float(np.hypot(*(end - start)))
@@ -203,7 +212,9 @@ def refuse_tiny_details(body: Body, graph: PlaneGraph, detail_m: float) -> None:
             continue
         point = curve.start if length < detail_m else int(others[np.argmin(distance)])
         raise GeometryError(
-            _detail_message(body, graph, number, point, min(length, float(distance.min())))
+            _detail_message(
+                body, graph, number, point, min(length, float(distance.min(initial=np.inf)))
+            )
             + f"; the smallest length allowed is {detail_m:.3g} m"
         )
 

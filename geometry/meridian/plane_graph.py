@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -65,16 +66,30 @@ class PointStore:
     """Number points (z, r), giving one number to points closer than a tolerance."""
 
     def __init__(self, points: FloatArray, tolerance_m: float) -> None:
-        self._points = [(float(z), float(r)) for z, r in points]
+        self._points: list[tuple[float, float]] = []
         self._tolerance_m = tolerance_m
+        # numbers of the points in the slices of the axis of twice the tolerance, by their places
+        self._slices: dict[int, list[int]] = {}
+        for z, r in points:
+            self._append(float(z), float(r))
 
     def add(self, z_m: float, r_m: float) -> int:
         """Return the number of the point at (z, r) [m], a new one if there is none."""
-        for number, (z, r) in enumerate(self._points):
+        here = self._slice(z_m)
+        near = sorted(n for k in (here - 1, here, here + 1) for n in self._slices.get(k, ()))
+        for number in near:
+            z, r = self._points[number]
             if abs(z - z_m) <= self._tolerance_m and abs(r - r_m) <= self._tolerance_m:
                 return number
-        self._points.append((float(z_m), float(r_m)))
+        self._append(float(z_m), float(r_m))
         return len(self._points) - 1
+
+    def _append(self, z_m: float, r_m: float) -> None:
+        self._slices.setdefault(self._slice(z_m), []).append(len(self._points))
+        self._points.append((z_m, r_m))
+
+    def _slice(self, z_m: float) -> int:
+        return math.floor(z_m / (2.0 * self._tolerance_m))
 
     def array(self) -> FloatArray:
         """Return the coordinates (p, 2) [m]."""

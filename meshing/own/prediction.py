@@ -472,11 +472,17 @@ class _ElementSize:
     def graded(self, x: FloatArray, owner: IntArray) -> FloatArray:
         """Without the bound, at points (n, 2) of faces or curves by their numbers (n,)."""
         out = np.full(len(x), np.inf)
-        for (z, r, h), counts in zip(self.places.tolist(), self.counts.T, strict=True):
-            near = np.flatnonzero(counts[owner])
-            if len(near):
-                away = np.hypot(x[near, 0] - z, x[near, 1] - r)
-                out[near] = np.minimum(out[near], h + self.growth * away)
+        # pairs of a point and a place that matters to its face, sorted by points
+        which = np.nonzero(self.counts)[1]
+        many = self.counts.sum(axis=1)
+        first, count = (np.cumsum(many) - many)[owner], many[owner]
+        point = np.repeat(np.arange(len(x)), count)
+        begin = np.cumsum(count) - count
+        place = self.places[which[np.arange(len(point)) + (first - begin).repeat(count)]]
+        size = place[:, 2] + self.growth * np.hypot(*(x[point] - place[:, :2]).T)
+        some = count > 0
+        if some.any():
+            out[some] = np.minimum.reduceat(size, begin[some])
         return np.asarray(out / (1.0 + _STEEPER * self.growth))
 
 

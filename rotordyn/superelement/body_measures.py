@@ -88,7 +88,7 @@ def property_error(element: Superelement) -> PropertyError:
     present = np.flatnonzero(element.rigid_body_present)
     modes = element.rigid_body_modes[:, present]
     expected = body_mass_matrix(element)[np.ix_(present, present)]
-    root = np.sqrt(np.diag(expected))
+    root = np.sqrt(np.maximum(np.diag(expected), np.finfo(float).tiny))
     found = modes.T @ element.mass @ modes
     error = np.abs(found - expected) / np.outer(root, root)
     row, column = np.unravel_index(int(error.argmax()), error.shape)
@@ -109,7 +109,8 @@ def tilt_error(element: Superelement) -> float:
         about = np.diag(body_mass_matrix(element)[3:, 3:])
         polar, size = float(about[2] - about[0] - about[1]), float(about.max())
     expected = polar * np.array([[0.0, 1.0], [-1.0, 0.0]])
-    return float(np.abs(tilts.T @ element.gyroscopic @ tilts - expected).max()) / size
+    error = float(np.abs(tilts.T @ element.gyroscopic @ tilts - expected).max())
+    return error / size if size > 0.0 else np.inf if error else 0.0
 
 
 def mass_moment_error(element: Superelement) -> float | None:

@@ -13,7 +13,7 @@ from pathlib import Path
 from jinja2 import Template
 
 from solidwhirl.batch.schedule import Predicted
-from solidwhirl.core.errors import writing
+from solidwhirl.core.errors import UserError, one_line, writing
 from solidwhirl.files.run_folder import refuse_foreign
 from solidwhirl.rotordyn.core.atomic import replacing
 
@@ -93,7 +93,13 @@ def slurm_script(job: SlurmJob) -> str:
 
 
 def write_slurm_script(job: SlurmJob, path: Path) -> Path:
-    """Write the script; it can be started as it is."""
+    """Write the script; it can be started as it is.
+
+    Raises UserError: a line break in a path, which no line for Slurm can hold.
+    """
+    for name in (str(job.log), str(Path.cwd())):
+        if not name.isprintable():
+            raise UserError(f"{one_line(name)}: a path in a script for Slurm has no line breaks")
     refuse_foreign(path, _WHOLE, "is no script of a batch; move it away")
     with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 
 from solidwhirl.bearing_tables.records import CoefficientTable, TableFileError
+from solidwhirl.core.errors import one_line
+from solidwhirl.core.toml_text import toml_key
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 
@@ -60,8 +62,8 @@ def law_toml(name: str, table: CoefficientTable) -> str:
     Raises as `as_table_law`.
     """
     law = as_table_law(table)
-    lines = [f"# {text}" for text in (table.source, *table.notes)]
-    lines += [f"[speed_laws.{name}]", f'kind = "{law.pop("kind")}"']
+    lines = [f"# {one_line(text)}" for text in (table.source, *table.notes)]
+    lines += [f"[speed_laws.{toml_key(name)}]", f'kind = "{law.pop("kind")}"']
     for key, value in law.items():
         lines += _lines(key, value)
     return "\n".join(lines) + "\n"

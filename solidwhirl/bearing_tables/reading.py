@@ -5,12 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from solidwhirl.bearing_tables.csv_files import read_csv
-from solidwhirl.bearing_tables.records import CoefficientTable, TableFileError
+from solidwhirl.bearing_tables.records import CoefficientTable, TableFileError, text_of
 from solidwhirl.bearing_tables.ross_files import read_ross
 from solidwhirl.core.errors import choice
 
 _TEXTS, _ROSS, _SHEETS = (".csv", ".txt", ".tsv"), (".toml", ".json"), (".xls", ".xlsx", ".xlsm")
-_MOST_BYTES = 50_000_000
 
 
 def read_tables(path: Path) -> dict[str, CoefficientTable]:
@@ -26,7 +25,7 @@ def read_tables(path: Path) -> dict[str, CoefficientTable]:
     if suffix not in (*_TEXTS, *_ROSS):
         known = ", ".join((*_TEXTS, *_ROSS))
         raise TableFileError(path, f"ends in {suffix[:20]!r}; known are {known}")
-    text = _text(path)
+    text = text_of(path)
     return {"": read_csv(path, text)} if suffix in _TEXTS else read_ross(path, text)
 
 
@@ -43,17 +42,3 @@ def read_table(path: Path, tag: str | None = None) -> CoefficientTable:
     if tag not in found or not tag:
         raise TableFileError(path, f"tag: no {tag!r}; {choice(tag, [t for t in found if t])}")
     return found[tag]
-
-
-def _text(path: Path) -> str:
-    try:
-        with path.open("rb") as file:
-            content = file.read(_MOST_BYTES + 1)
-    except OSError as error:
-        raise TableFileError(path, f"can not be read: {error.strerror or error}") from error
-    if len(content) > _MOST_BYTES:
-        raise TableFileError(path, f"larger than {_MOST_BYTES} bytes; such a file is small")
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError:  # as spreadsheets write it where that is the system's own
-        return content.decode("cp1252", errors="replace")

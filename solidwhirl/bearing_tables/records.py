@@ -8,9 +8,11 @@ from typing import Any
 
 from solidwhirl.core.errors import SceneError
 from solidwhirl.rotordyn.core.arrays import FloatArray, freeze_arrays
+from solidwhirl.rotordyn.core.foreign import ForeignError, regular_bytes
 
 #: Axes of the arrays of a table, in their order.
 AXES = ("loads_n", "speeds_rad_s", "frequencies_rad_s")
+_MOST_BYTES = 50_000_000
 
 
 class TableFileError(SceneError):
@@ -22,6 +24,21 @@ class TableFileError(SceneError):
     def __reduce__(self) -> tuple[Any, ...]:
         """Let an error cross from one process to another."""
         return type(self), (self.path, self.problems[0])
+
+
+def text_of(path: Path) -> str:
+    """Return the text of a file of coefficients.
+
+    Raises TableFileError: it is no regular file, can't be read, or has more than 50 MB.
+    """
+    try:
+        content = regular_bytes(path, _MOST_BYTES)
+    except ForeignError as error:
+        raise TableFileError(path, str(error)) from error
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError:  # as spreadsheets write it where that is the system's own
+        return content.decode("cp1252", errors="replace")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -12,7 +11,10 @@ import numpy as np
 
 from solidwhirl.bearing_tables.grid import ENDS, GridError, on_grid
 from solidwhirl.bearing_tables.records import CoefficientTable, TableFileError
+from solidwhirl.core.errors import one_line
+from solidwhirl.core.toml_text import LONG_KEY, long_key
 from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.foreign import ForeignError, json_data
 
 _NAMES = tuple(f"{letter}{end}" for letter in "kcm" for end in ENDS)
 # Elements whose axis `frequency` is that of the motion in ROSS 2 as well.
@@ -31,14 +33,14 @@ def read_ross(path: Path, text: str) -> dict[str, CoefficientTable]:
     [speed][frequency].
     Raises TableFileError: neither TOML nor JSON, no such element, or arrays that do not fit.
     """
-    data = _loaded(path, text)
+    data = loaded(path, text)
     version = str(data.get("ross_version", ""))
     found = {}
     for section, element in data.items():
         if not isinstance(element, dict) or None in (element.get("kxx"), element.get("cxx")):
             continue
         kind, _, rest = section.partition("_")
-        tag = str(element.get("tag") or rest or section)
+        tag = one_line(str(element.get("tag") or rest or section))
         found[tag] = _table(path, kind, tag, element, version)
     if not found:
         raise TableFileError(
@@ -48,12 +50,22 @@ def read_ross(path: Path, text: str) -> dict[str, CoefficientTable]:
     return found
 
 
-def _loaded(path: Path, text: str) -> dict[str, Any]:
+def loaded(path: Path, text: str) -> dict[str, Any]:
+    """Return what the text of a file says, JSON if it is named so, else TOML.
+
+    Raises TableFileError: it is none, or no table.
+    """
     try:
-        data = json.loads(text) if path.suffix.lower() == ".json" else tomllib.loads(text)
+        if path.suffix.lower() == ".json":
+            data = json_data(text)
+        elif long_key(text) is not None:
+            raise ForeignError(LONG_KEY)
+        else:
+            data = tomllib.loads(text)
+    except ForeignError as error:
+        raise TableFileError(path, str(error)) from error
     except (ValueError, RecursionError) as error:
-        kind = "JSON" if path.suffix.lower() == ".json" else "TOML"
-        raise TableFileError(path, f"is not valid {kind}: {error}") from error
+        raise TableFileError(path, f"is not valid TOML: {error}") from error
     if not isinstance(data, dict):
         raise TableFileError(path, "holds no sections of elements")
     return data
@@ -115,7 +127,7 @@ def _array(path: Path, tag: str, key: str, value: Any) -> FloatArray:
     """Numbers of one key."""
     try:
         found = np.array(value, dtype=float)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise TableFileError(path, f"{tag}: {key} is no list of numbers") from error
     if not np.isfinite(found).all() or found.size == 0:
         raise TableFileError(path, f"{tag}: {key} has entries that are no finite numbers")

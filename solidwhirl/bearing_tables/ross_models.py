@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import os
 import subprocess
 import tempfile
-import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from solidwhirl.bearing_tables.grid import GridError, on_grid
-from solidwhirl.bearing_tables.records import AxialCoefficients, CoefficientTable, TableFileError
+from solidwhirl.bearing_tables.records import (
+    AxialCoefficients,
+    CoefficientTable,
+    TableFileError,
+    text_of,
+)
+from solidwhirl.bearing_tables.ross_files import loaded
 from solidwhirl.core.errors import UserError, choice
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
@@ -25,6 +31,8 @@ _FOUND = "import importlib.util, sys; sys.exit(importlib.util.find_spec('ross') 
 # Models whose axis is the frequency of the motion.
 _OVER_FREQUENCY = ("SqueezeFilmDamper", "MagneticBearingElement")
 _MOST_SPEEDS = 2001
+# Time that ROSS may take to be found, and to compute a film [s].
+_FINDING_S, _COMPUTING_S = 60, 3600
 
 
 def speeds_of(text: str) -> FloatArray:
@@ -58,7 +66,7 @@ def film_of(path: Path, speeds_rad_s: FloatArray, python: Path | None) -> Film:
 
     `path`: TOML with `model`, a class of ROSS such as "CylindricalBearing", and `[arguments]`,
     those of the class without `n` and the speeds, in SI or as { value = 30, unit = "mm" };
-    `python`: of ROSS's environment; without it that is searched for, see `ross_python`.
+    `python`: of ROSS's environment.
     Raises TableFileError: the file, the model or its arguments are refused, or ROSS fails or gives
     no coefficients; UserError: no environment has ROSS.
     """
@@ -111,38 +119,25 @@ def _across(
 
 
 def ross_python(given: Path | None) -> Path:
-    """Return the Python of an environment that has ROSS.
+    """Return the Python of an environment that has ROSS: the one given, a path or on the PATH.
 
-    The one given, a path or a name on the PATH; else .venv-ross in the working folder, where
-    tools/ross_environment.sh makes it; else python3. Raises UserError: none of them has ROSS.
+    Raises UserError: none is given, or it can not import ROSS within a minute.
     """
-    for python in _likely() if given is None else [given.absolute() if given.exists() else given]:
-        try:
-            done = subprocess.run([python, "-c", _FOUND], check=False, capture_output=True)
-        except OSError:
-            continue
+    install = "install ross-rotordynamics in an environment of its own and name its python"
+    if given is None:
+        raise UserError(f"--ross-python: missing; {install}")
+    python = given.absolute() if given.exists() else given
+    with contextlib.suppress(OSError, subprocess.TimeoutExpired):
+        words = [str(python), "-c", _FOUND]
+        done = subprocess.run(words, check=False, capture_output=True, timeout=_FINDING_S)
         if done.returncode == 0:
             return python
-    where = str(given) if given else ".venv-ross/bin/python and python3"
-    raise UserError(
-        f"--ross-python: {where} can not import ross; install ross-rotordynamics in an environment "
-        "of its own and name its python"
-    )
-
-
-def _likely() -> Iterator[Path]:
-    yield Path(".venv-ross", "bin", "python").absolute()
-    yield Path("python3")
+    raise UserError(f"--ross-python: {given} can not import ross; {install}")
 
 
 def _request(path: Path) -> dict[str, Any]:
     """The model and its arguments."""
-    try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise TableFileError(path, f"can not be read: {error.strerror or error}") from error
-    except ValueError as error:
-        raise TableFileError(path, f"is not valid TOML: {error}") from error
+    data = loaded(path, text_of(path))
     model, arguments = data.get("model"), data.get("arguments", {})
     if not isinstance(model, str) or not isinstance(arguments, dict):
         raise TableFileError(path, 'needs model = "CLASS" and a table [arguments]')
@@ -166,14 +161,19 @@ def _run(path: Path, python: Path, request: dict[str, Any]) -> dict[str, Any]:
         # a copy, as Python looks for modules beside what it runs, and ROSS's may have our names
         script = folder / _SCRIPT.name
         script.write_bytes(_SCRIPT.read_bytes())
-        done = subprocess.run(
-            [python, script, folder / "request.json", folder / "reply.json"],
-            check=False,
-            capture_output=True,
-            text=True,
-            # the paths of this environment are not those of ROSS
-            env={k: v for k, v in os.environ.items() if k != "PYTHONPATH"},
-        )
+        try:
+            done = subprocess.run(
+                [python, script, folder / "request.json", folder / "reply.json"],
+                check=False,
+                capture_output=True,
+                text=True,
+                timeout=_COMPUTING_S,
+                # the paths of this environment are not those of ROSS
+                env={k: v for k, v in os.environ.items() if k != "PYTHONPATH"},
+            )
+        except subprocess.TimeoutExpired as error:
+            said = f"ROSS has not ended after {_COMPUTING_S} s; ask for fewer --speeds"
+            raise TableFileError(path, said) from error
         reply = folder / "reply.json"
         if done.returncode != 0 or not reply.exists():
             last = (done.stderr.strip().splitlines() or ["no message"])[-1]

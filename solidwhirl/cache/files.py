@@ -25,6 +25,7 @@ from solidwhirl.cache.codec import PACKAGES, CodecError, Seen, fingerprint, pack
 from solidwhirl.core.versions import package_versions, program_digest
 from solidwhirl.files.locks import lock_file, release
 from solidwhirl.rotordyn.core.atomic import replacing
+from solidwhirl.rotordyn.core.foreign import ForeignError, refuse_irregular
 
 Note = Callable[[str], None]
 
@@ -73,11 +74,13 @@ class StageStore:
         """
         path = self._path(key)
         try:
+            if path.exists():
+                refuse_irregular(path)  # a pipe would be waited for
             data = path.read_bytes()
             value = _content(data, key, self._packages)
         except FileNotFoundError:
             return None
-        except (OSError, MemoryError) as error:
+        except (OSError, MemoryError, ForeignError) as error:
             note(f"{path} can not be read ({error}); the stage is computed again")
             return None
         except CodecError as error:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 EXAMPLES = examples(
     "solidwhirl bearing pads.csv --out pads.toml --picture pads.png",
     'solidwhirl bearing rotor.toml --tag "Bearing 0" --csv bearing.csv',
-    "solidwhirl bearing --from-ross film.toml --speeds 3000:9000:1000",
+    "solidwhirl bearing --from-ross film.toml --speeds 3000:9000:1000 --ross-python R/bin/python",
 )
 _WIDTH_WITHOUT_TERMINAL = 140
 _MOST_ROWS = 60
@@ -89,7 +89,11 @@ class BearingOptions:
     ] = None
     ross_python: Annotated[
         Path | None,
-        typer.Option(metavar="PYTHON", help="Of the environment that ROSS is installed in."),
+        typer.Option(
+            metavar="PYTHON",
+            envvar="SOLIDWHIRL_ROSS_PYTHON",
+            help="Of the environment that ROSS is installed in, with --from-ross.",
+        ),
     ] = None
     force: Force = False
 

@@ -19,6 +19,7 @@ from solidwhirl.commands.options import AsJson, examples
 from solidwhirl.console.guard import guarded
 from solidwhirl.core.check_report import checks_document, checks_line, failed, failure_lines
 from solidwhirl.rotordyn.core.errors import SuperelementError
+from solidwhirl.rotordyn.core.foreign import json_data, regular_bytes
 from solidwhirl.rotordyn.storage.files import check_superelement_file
 from solidwhirl.rotordyn.superelement.invariants import Invariant, compared, undecided
 
@@ -123,7 +124,7 @@ def _folder(path: Path) -> Checked:
     try:
         recorded = _recorded(path / "results.json")
     except (OSError, ValueError) as error:
-        text = f"{path / 'results.json'}: can not be read: {error}"
+        text = f"{path / 'results.json'}: {error}"
         return Checked(path=path, checks=(manifest,), problem=text)
     return Checked(path=path, checks=(manifest, *recorded), problem="")
 
@@ -131,11 +132,7 @@ def _folder(path: Path) -> Checked:
 def _recorded(path: Path) -> list[Invariant]:
     """Return the checks that a run recorded: failed ones one by one, the others as one."""
     name, all_ = "checks recorded by the run", "what they are about"
-    if not path.is_file():
-        raise ValueError("no regular file" if path.exists() else "there is no such file")
-    if path.stat().st_size > _LONGEST_RESULTS:
-        raise ValueError(f"more than {_LONGEST_RESULTS} bytes")
-    document = json.loads(path.read_text(encoding="utf-8"))
+    document = json_data(regular_bytes(path, _LONGEST_RESULTS))
     if not isinstance(document, dict):
         raise ValueError("no results of a run")
     if "invariants" not in document:

@@ -63,7 +63,7 @@ def watch(asked: WatchOptions) -> None:
 
     def work() -> None:
         with tempfile.TemporaryDirectory(prefix="solidwhirl-watch-") as scratch:
-            is_ended = _served(asked, _opener(asked, asked.store or Path(scratch)))
+            is_ended = _served(asked, _opener(asked, asked.store or Path(scratch)), Path(scratch))
         if not is_ended:  # a library computes, and would be torn down at its work
             sys.stdout.flush()
             os._exit(0)
@@ -71,8 +71,11 @@ def watch(asked: WatchOptions) -> None:
     guarded(asked.scene, work)
 
 
-def _served(asked: WatchOptions, opened: Opener) -> bool:
-    """Serve until Ctrl-C; whether all that computes has ended then."""
+def _served(asked: WatchOptions, opened: Opener, own: Path) -> bool:
+    """Serve until Ctrl-C; whether all that computes has ended then.
+
+    `own`: a folder that others can not read.
+    """
     from solidwhirl.watch.server import Server
 
     server = Server(opened, asked.port)
@@ -83,7 +86,12 @@ def _served(asked: WatchOptions, opened: Opener) -> bool:
         if asked.opened:
             import webbrowser
 
-            webbrowser.open(server.address)
+            # all users see the words that a browser is started with: they name a file, which leads
+            # to the address with its token
+            file = own / "watch.html"
+            leads = f'<meta http-equiv="refresh" content="0; url={server.address}">'
+            file.write_text(leads, encoding="utf-8")
+            webbrowser.open(file.as_uri())
 
     try:
         server.run(ready)

@@ -14,6 +14,8 @@ from typing import Any, NoReturn
 
 import typer
 
+from solidwhirl.core.errors import clean
+
 # PETSc's codes for memory that it did not get, and for errors of libraries such as MUMPS.
 _NO_MEMORY, _LIBRARY = 55, 76
 # Address space below which nothing is begun, and a product large enough to want the buffer.
@@ -86,7 +88,7 @@ def end_interrupted(error: KeyboardInterrupt, remark: str = "") -> NoReturn:
 def stop(message: str, code: int = 2) -> NoReturn:
     """Print a message and leave with a code, on all ranks."""
     with contextlib.suppress(OSError):  # whoever read it may be gone
-        typer.echo("error: " + message.replace("\n", "\n" + _BELOW), err=True)
+        typer.echo("error: " + clean(message).replace("\n", "\n" + _BELOW), err=True)
     _abort_others(code)
     raise typer.Exit(code)
 

@@ -26,6 +26,11 @@ def clean(text: str, longest: int = _LONGEST_MESSAGE) -> str:
     )
 
 
+def one_line(text: str) -> str:
+    """Return a name that a file of others gives, for messages and files of one line each."""
+    return clean(text).replace("\n", "\\n")
+
+
 def markdown_text(text: str) -> str:
     """Return a text that Markdown shows as it is: no markup, no HTML, one line."""
     plain = markdown_cell(text)

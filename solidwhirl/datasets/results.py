@@ -6,7 +6,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -25,6 +24,7 @@ from solidwhirl.datasets.parts import filled, labelled, tabled, with_errors
 from solidwhirl.output.documents import SCHEMA, results_document
 from solidwhirl.pipeline.engine_stages import ExcitedCriticalSpeed
 from solidwhirl.pipeline.run import Results
+from solidwhirl.rotordyn.core.foreign import ForeignError, json_data, regular_bytes
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.critical_speeds.map import CriticalSpeedMap
 from solidwhirl.rotordyn.response.maps import GroundMotionMap
@@ -108,9 +108,9 @@ def datasets(run: Results | str | Path) -> xr.DataTree:
 def _read(folder: Path) -> Document:
     path = folder / "results.json"
     try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ValueError(f"{folder}: no folder of a run: {path.name}: {error.strerror}") from error
+        document = json_data(regular_bytes(path))
+    except ForeignError as error:
+        raise ValueError(f"{folder}: no folder of a run: {path.name}: {error}") from error
     schema = document.get("schema") if isinstance(document, dict) else None
     if schema != SCHEMA:
         raise ValueError(f"{path}: schema is {schema!r}, {SCHEMA!r} is what can be read")

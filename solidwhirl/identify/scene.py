@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from solidwhirl.core.errors import one_line
+from solidwhirl.core.toml_text import toml_key, toml_text
 from solidwhirl.identify.problem import ProblemSpec
 from solidwhirl.identify.targets import TargetSpec, is_mass_target
 
 Steps = tuple[str | int, ...]
-_BARE = re.compile(r"[A-Za-z0-9_-]+")
 _WIDTH = 100
 _NAMES = {
     "mass_kg": "mass",
@@ -32,7 +32,7 @@ def scene_text(
     Returns one line per key; lists of plain records have one line per record, with the comments of
     its numbers above it.
     """
-    lines = [*(f"# {line}" for line in header), ""]
+    lines = [*(f"# {one_line(line)}" for line in header), ""]
     lines += _table(data, (), comments)
     text = "\n".join(lines).strip("\n") + "\n"
     return re.sub(r"\n{3,}", "\n\n", text)
@@ -76,15 +76,15 @@ def _entry(key: str, value: Any, steps: Steps, comments: Mapping[Steps, str]) ->
     """Lines of one key with its comment."""
     said = _said(steps, comments)
     if _is_records(value):
-        yield f"{_key(key)} = ["
+        yield f"{toml_key(key)} = ["
         for k, item in enumerate(value):
             yield from (f"    # {text}" for text in _said((*steps, k), comments))
             yield f"    {_value(item)},"
         yield "]"
         return
-    text = f"{_key(key)} = {_value(value)}"
+    text = f"{toml_key(key)} = {_value(value)}"
     if isinstance(value, list) and len(text) > _WIDTH:
-        yield f"{_key(key)} = ["
+        yield f"{toml_key(key)} = ["
         yield from (f"    {_value(v)}," for v in value)
         yield "]"
     elif len(said) == 1 and len(text) + len(said[0]) < _WIDTH - 4:
@@ -112,29 +112,20 @@ def _name(place: Steps) -> str:
 
 
 def _header(steps: Steps) -> str:
-    return ".".join(_key(s) for s in steps if isinstance(s, str))
-
-
-def _key(key: str) -> str:
-    return key if _BARE.fullmatch(key) else _text(key)
+    return ".".join(toml_key(s) for s in steps if isinstance(s, str))
 
 
 def _value(value: Any) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
-        return _text(value)
+        return toml_text(value)
     if isinstance(value, list):
         return "[" + ", ".join(_value(v) for v in value) + "]"
     if isinstance(value, dict):
-        inner = ", ".join(f"{_key(k)} = {_value(v)}" for k, v in value.items())
+        inner = ", ".join(f"{toml_key(k)} = {_value(v)}" for k, v in value.items())
         return "{ " + inner + " }" if inner else "{}"
     return repr(value)
-
-
-def _text(text: str) -> str:
-    """A basic string; TOML does not allow the delete character that JSON does."""
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def with_references(data: Mapping[str, Any], spec: ProblemSpec) -> dict[str, Any]:

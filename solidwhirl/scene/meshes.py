@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 from collections.abc import Mapping
 from pathlib import Path, PurePath
@@ -20,6 +21,7 @@ from solidwhirl.core.fields import (
     Record,
     Title,
 )
+from solidwhirl.rotordyn.core.foreign import ForeignError, refuse_irregular
 from solidwhirl.scene.joints import InternalDampingSpec
 
 Direction = tuple[Finite, Finite, Finite]
@@ -193,7 +195,11 @@ def with_digests(bodies: Mapping[str, MeshBodySpec]) -> tuple[dict[str, MeshBody
 def file_digest(path: Path) -> str:
     """SHA-256 of the content of a file.
 
-    Raises OSError: it can't be read.
+    Raises OSError: it can't be read, or is no regular file.
     """
+    try:
+        refuse_irregular(path)
+    except ForeignError as error:
+        raise OSError(errno.EINVAL, str(error)) from error
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()

@@ -17,7 +17,9 @@ from solidwhirl.analyses.base import Analysis
 from solidwhirl.analyses.registry import KINDS
 from solidwhirl.core.errors import Problem, SceneError, clean, meant
 from solidwhirl.core.fields import keys_of
+from solidwhirl.core.toml_text import LONG_KEY, long_key
 from solidwhirl.model.imported_bodies import with_files_read
+from solidwhirl.rotordyn.core.foreign import ForeignError, regular_bytes
 from solidwhirl.scene.meshes import with_digests
 from solidwhirl.scene.records import Scene, analyses_without_folders, without_folders
 from solidwhirl.scene.sweep import sweep_problems
@@ -29,9 +31,6 @@ from solidwhirl.scene_reading.toml_places import last_token
 _MAXIMUM_BYTES = 4_000_000
 _MAXIMUM_PROBLEMS = 100
 _TOML_WORDS = {"tuple": "array", "Tuple": "Array", "dictionary": "table", "Dictionary": "Table"}
-# Keys joined by more dots than any table has levels; the time to read them grows with their square.
-_KEY = r"""(?:[A-Za-z0-9_-]+|"(?:[^"\\\n]|\\.)*"|'[^'\n]*')"""
-_LONG_KEY = re.compile(rf"(?:\.[ \t]*{_KEY}[ \t]*){{16}}")
 _BARE_KEY = re.compile(r"[\w-]{1,64}")
 _BYTE_ORDER_MARK = "\ufeff"
 # Where tomllib says that an error is.
@@ -71,18 +70,14 @@ def load_toml(path: str | Path) -> dict[str, Any]:
 
 
 def read_bytes(path: str | Path) -> bytes:
-    """Read a file that a user wrote, no more of it than `parse_toml` takes.
+    """Read a file that a user wrote.
 
-    Raises SceneError: it can't be read.
+    Raises SceneError: it can't be read, is no regular file, or larger than 4 MB.
     """
-    path = Path(path)
     try:
-        with path.open("rb") as file:  # no more than that of a device that never ends
-            return file.read(_MAXIMUM_BYTES + 1)
-    except OSError as error:
-        raise SceneError(path, [f"can not be read: {error.strerror or error}"]) from error
-    except ValueError as error:  # a path with a null character
-        raise SceneError(clean(str(path)), [f"can not be read: {error}"]) from error
+        return regular_bytes(Path(path), _MAXIMUM_BYTES)
+    except ForeignError as error:
+        raise SceneError(clean(str(path)), [str(error)]) from error
 
 
 def parse_toml(content: bytes, path: str | Path) -> dict[str, Any]:
@@ -96,10 +91,9 @@ def parse_toml(content: bytes, path: str | Path) -> dict[str, Any]:
         raise SceneError(path, [said], [_place(before.decode("utf-8"))]) from error
     if text.startswith(_BYTE_ORDER_MARK):
         raise SceneError(path, ["begins with a byte order mark; save it as UTF-8 without one"])
-    long = _LONG_KEY.search(text)
+    long = long_key(text)
     if long is not None:
-        said = "a key of more than 16 names joined by dots"
-        raise SceneError(path, [said], [_place(text[: long.start()])])
+        raise SceneError(path, [LONG_KEY], [_place(text[:long])])
     try:
         return tomllib.loads(text)
     except RecursionError as error:

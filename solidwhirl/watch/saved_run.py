@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -20,6 +19,7 @@ from solidwhirl.pipeline.cached_stages import StageCache
 from solidwhirl.pipeline.run import ReducedBodies
 from solidwhirl.reduced_scene import ReducedScene, plan_of
 from solidwhirl.rotordyn import read_superelement
+from solidwhirl.rotordyn.core.foreign import ForeignError, json_data, regular_bytes
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_reading.paths import with_entries
 from solidwhirl.scene_reading.reader import parse_scene, scene_hash
@@ -85,7 +85,8 @@ def read_run(folder: Path) -> SavedRun:
     """
     data, document = _json(folder / SCENE), _json(folder / "results.json")
     scene = parse_scene(dict(data), folder / SCENE)
-    if scene_hash(scene) != document.get("scene", {}).get("sha256"):
+    told = document.get("scene")
+    if not isinstance(told, dict) or scene_hash(scene) != told.get("sha256"):
         raise SceneError(folder, [f"{SCENE} is not the scene of results.json; {_ANEW}"])
     lean = _lean(data)
     return SavedRun(folder, lean, _reduced(folder, scene, document))
@@ -93,11 +94,9 @@ def read_run(folder: Path) -> SavedRun:
 
 def _json(path: Path) -> dict[str, Any]:
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError as error:
-        raise UserError(f"{path}: is missing; {_ANEW}, of which this folder is made") from error
-    except (OSError, ValueError) as error:
-        raise UserError(f"{path}: can not be read: {error}") from error
+        found = json_data(regular_bytes(path))
+    except ForeignError as error:
+        raise UserError(f"{path}: {error}; {_ANEW}, of which this folder is made") from error
     if not isinstance(found, dict):
         raise UserError(f"{path}: is no table; {_ANEW}")
     return found

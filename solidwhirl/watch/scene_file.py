@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import os
-import shutil
+import signal
 import threading
+import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,7 +19,6 @@ from solidwhirl.core.stages import Stage, silent
 from solidwhirl.model.imported_bodies import files_of
 from solidwhirl.pipeline.cached_stages import StageCache
 from solidwhirl.reduced_scene import ReducedScene, reduce_scene
-from solidwhirl.rotordyn.core.atomic import replacing
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_reading.reader import files_named, parse_scene, parse_toml, read_bytes
 from solidwhirl.scene_reading.toml_numbers import with_numbers
@@ -29,6 +30,8 @@ from solidwhirl.watch.session import RESTS, Session, Shown, remarks_on
 _EVERY_S = 0.2
 # How many times it may be missing: some editors move a new one into its place.
 _MISSING = 5
+# How long a write waits for other programs to close the file.
+_PATIENCE_S = 2.0
 
 
 class _OutdatedError(Exception):
@@ -79,15 +82,14 @@ class SceneFile:
         """
         path = self.path.resolve()  # of a link what it leads to
         last = self._last
-        if last is None or read_bytes(path) != last.content:
-            raise UserError(f"{self.path}: has changed meanwhile; nothing was written")
+        if last is None:
+            raise UserError(f"{self.path}: has not been read yet; nothing was written")
         try:
             text = with_numbers(last.content.decode("utf-8"), numbers)
         except ValueError as error:
             raise UserError(f"{self.path}: {error}; nothing was written") from error
-        with replacing(path) as temporary:
-            temporary.write_bytes(text.encode("utf-8"))
-            shutil.copymode(path, temporary)
+        if not _rewritten(path, last.content, text.encode("utf-8")):
+            raise UserError(f"{self.path}: has changed meanwhile; nothing was written")
         return f"{len(numbers)} number{'s' * (len(numbers) > 1)} written to {self.path}"
 
     def _follow(self) -> None:
@@ -165,6 +167,55 @@ class SceneFile:
         if self._reader.is_outdated():
             raise _OutdatedError
         self._session.say_doing(str(event))
+
+
+def _rewritten(path: Path, before: bytes, after: bytes) -> bool:
+    """Write a file in place if it still has the content `before`; whether it was so.
+
+    Owner, permissions and hard links stay. A lease on the file makes programs that begin to open it
+    wait, and is given only while none has it open, so that no edit is overwritten; where the file
+    system has no leases, only what was saved before the comparison is safe.
+
+    Raises UserError: read-only, or open in another program for `_PATIENCE_S`; OSError: as it says.
+    """
+    if not path.stat().st_mode & 0o222:  # root may write all the same
+        raise UserError(f"{path}: is read-only; nothing was written")
+    file = os.open(path, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
+    try:
+        _lease(file, path)
+        opened, content = os.fstat(file), os.pread(file, len(before) + 1, 0)
+        if content != before or not os.path.samestat(opened, path.stat()):
+            return False
+        try:
+            os.pwrite(file, after, 0)
+            os.ftruncate(file, len(after))
+            os.fsync(file)
+        except OSError:
+            os.pwrite(file, before, 0)  # a full disk has room for what was there
+            os.ftruncate(file, len(before))
+            raise
+        # an editor may have moved a new file into the place of this one
+        return os.path.samestat(opened, path.stat())
+    finally:
+        os.close(file)
+
+
+def _lease(file: int, path: Path) -> None:
+    """Have nobody else open a file until it is closed; see `_rewritten`."""
+    deadline = time.monotonic() + _PATIENCE_S
+    # the usual signal for a lease that somebody waits for would end the program
+    fcntl.fcntl(file, fcntl.F_SETSIG, signal.SIGURG)
+    while True:
+        try:
+            fcntl.fcntl(file, fcntl.F_SETLEASE, fcntl.F_WRLCK)
+            return
+        except BlockingIOError as error:
+            if time.monotonic() > deadline:
+                said = "is open in another program, whose edit could be lost; nothing was written"
+                raise UserError(f"{path}: {said}") from error
+            time.sleep(0.01)
+        except OSError:  # the file system has none
+            return
 
 
 def _mark(found: os.stat_result) -> tuple[int, ...]:

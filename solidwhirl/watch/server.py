@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import errno
 import hmac
 import json
 import secrets
 import socket
+import sys
 import threading
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from tornado.httpserver import HTTPServer
+from tornado.ioloop import IOLoop
 from tornado.web import Application, HTTPError, RequestHandler
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
@@ -28,6 +31,8 @@ _ADDRESS = "127.0.0.1"
 _LARGEST_BYTES = 1 << 20
 # The connection is looked after this often, so that the page knows when it is lost.
 _PING_S = 5.0
+# Without file handles new connections wait for so long.
+_BACK_OFF_S = 1.0
 
 
 class Server:
@@ -107,6 +112,7 @@ class Server:
         )  # fmt: skip
         http = HTTPServer(application, max_body_size=_LARGEST_BYTES)
         http.add_socket(self._socket)
+        self._loop.set_exception_handler(self._take_error)
         try:
             ready()
             self._opening = threading.Thread(target=self._open, name="session", daemon=True)
@@ -117,6 +123,18 @@ class Server:
             for page in list(self.pages):
                 page.close()
             await http.close_all_connections()
+
+    def _take_error(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+        """Wait with new connections while there are no file handles for them."""
+        error = context.get("exception")
+        if not (isinstance(error, OSError) and error.errno in (errno.EMFILE, errno.ENFILE)):
+            loop.default_exception_handler(context)
+            return
+        # tornado would ask again at once
+        handle, tornado = self._socket.fileno(), IOLoop.current()
+        tornado.update_handler(handle, 0)
+        loop.call_later(_BACK_OFF_S, lambda: tornado.update_handler(handle, IOLoop.READ))
+        print(f"watch: {error.strerror}; new connections wait", file=sys.stderr)
 
     def _open(self) -> None:
         """Begin to show the scene; where that can't be, the server ends."""
@@ -137,10 +155,11 @@ class Server:
         for page in list(self.pages):
             page.send(text)
 
-    def refuses(self, handler: RequestHandler) -> bool:
+    def refuses(self, handler: _Guarded) -> bool:
         """Whether a request comes by another name than the address, from elsewhere, or unknown.
 
         A page of somebody else can reach the loopback address by a name that it lets point there.
+        What may move sliders and write has to say that it comes from the own page, as browsers do.
         """
         request = handler.request
         own = f"{_ADDRESS}:{self.port}"
@@ -150,12 +169,14 @@ class Server:
         return (
             not known
             or request.headers.get("Host") != own
-            or (origin is not None and origin != f"http://{own}")
+            or origin not in ({f"http://{own}"} | ({None} if handler.may_only_read else set()))
         )
 
 
 class _Guarded(RequestHandler):
     """Refuses all requests but those of the own page."""
+
+    may_only_read = True
 
     def initialize(self, server: Server) -> None:
         self.server = server
@@ -200,6 +221,8 @@ class _Nothing(_Guarded):
 
 class _Socket(_Guarded, WebSocketHandler):
     """The connection to an open page."""
+
+    may_only_read = False
 
     def check_origin(self, origin: str) -> bool:
         return origin == f"http://{_ADDRESS}:{self.server.port}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-import math
+import sys
 import threading
 import time
 import traceback
@@ -163,7 +163,9 @@ class Session:
             self._positions = {
                 name: float(value)
                 for name, value in positions.items()
-                if name in known and isinstance(value, int | float) and abs(value) < math.inf
+                if name in known
+                and isinstance(value, int | float)
+                and abs(value) <= sys.float_info.max
             }
             wanted = _Wanted(shown=self._shown, positions=dict(self._positions), is_moving=True)
             self._messages["scene"] = self._scene_message()  # of pages that come later

@@ -20,8 +20,9 @@ from solidwhirl.scene_reading.reader import read_scene
 
 # After the name of the file: a key, or what is wrong with the whole file.
 PLACE = (
-    r"[\w\"'][^:\n]*: |is not valid TOML|is not UTF-8|begins with a byte order mark|larger than"
-    r"|a key of more than 16 names|can not be read|\[key\]"
+    r"[\w\"'][^:\n]*: |is not valid TOML|is not UTF-8|begins with a byte order mark"
+    r"|has [0-9]+ bytes|is no regular file|no such file|a key of more than 16 names"
+    r"|can not be read|\[key\]"
 )
 # Longest time for one input [s of processor time]; all are far below on any machine.
 LONGEST_S = 20.0

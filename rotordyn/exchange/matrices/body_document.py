@@ -11,6 +11,7 @@ import numpy as np
 
 from solidwhirl.rotordyn.core.atomic import replace_text
 from solidwhirl.rotordyn.core.errors import SuperelementError
+from solidwhirl.rotordyn.core.foreign import ForeignError, json_data
 from solidwhirl.rotordyn.exchange.matrices import foreign_body as foreign
 from solidwhirl.rotordyn.exchange.matrices.body_fields import BodyFields
 from solidwhirl.rotordyn.superelement.record import Superelement
@@ -77,11 +78,9 @@ class Document(BodyFields):
     def __init__(self, path: Path) -> None:
         super().__init__(path)
         try:
-            content = json.loads(foreign.file_bytes(path, _MOST_BYTES))
-        except SuperelementError:
-            raise
-        except (RecursionError, ValueError) as error:
-            raise SuperelementError(f"{path}: is not JSON: {error}") from error
+            content = json_data(foreign.file_bytes(path, _MOST_BYTES))
+        except ForeignError as error:
+            raise SuperelementError(f"{path}: {error}") from error
         found = content.get("format") if isinstance(content, dict) else None
         if found != FORMAT:
             raise SuperelementError(

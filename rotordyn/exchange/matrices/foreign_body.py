@@ -12,14 +12,13 @@ import numpy as np
 
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.errors import SuperelementError
+from solidwhirl.rotordyn.core.foreign import MOST_BYTES, ForeignError, regular_bytes
 from solidwhirl.rotordyn.exchange.exported import refuse_rotating
 from solidwhirl.rotordyn.superelement.record import Superelement
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
 
 #: Coordinates that a reader takes, at most.
 MOST_COORDINATES = 2000
-#: Bytes of a file that a reader takes, at most.
-MOST_BYTES = 2_000_000_000
 #: Numbers beyond this are taken for damage.
 LARGEST_NUMBER = 1e60
 EQUATION = "M q'' + W G q' + (K0 + W^2 (Kgeo + Kspin) + W' (1/2) G) q = f, W in rad/s about +z"
@@ -227,14 +226,6 @@ def refuse_large(path: Path, count: int) -> None:
 def file_bytes(path: Path, most: int = MOST_BYTES) -> bytes:
     """Read a file; refuse one that can't be read or has more than `most` bytes."""
     try:
-        if not path.is_file():
-            raise SuperelementError(f"{path}: no such file")
-        size = path.stat().st_size
-        if size > most:
-            raise SuperelementError(f"{path}: has {size} bytes, at most {most} are allowed")
-        return path.read_bytes()
-    except (OSError, ValueError) as error:
-        if isinstance(error, SuperelementError):
-            raise
-        said = getattr(error, "strerror", None) or error
-        raise SuperelementError(f"{path}: can not be read: {said}") from error
+        return regular_bytes(path, most)
+    except ForeignError as error:
+        raise SuperelementError(f"{path}: {error}") from error

@@ -10,12 +10,14 @@ from pathlib import Path
 import numpy as np
 
 from solidwhirl.analyses.measured.records import (
+    MOST_BYTES,
     UNITS,
     MeasuredFileError,
     MeasuredFunction,
     MeasuredMode,
 )
 from solidwhirl.core.errors import choice
+from solidwhirl.rotordyn.core.foreign import ForeignError, regular_bytes
 
 _OF_MODE = ("frequency_hz", "damping_ratio", "uncertainty_hz")
 _MODE_COLUMNS = ("mode", *_OF_MODE, "sensor", "real", "imaginary")
@@ -109,9 +111,11 @@ def read_modes(path: Path, sensors: Sequence[str]) -> tuple[MeasuredMode, ...]:
 def _table(path: Path) -> tuple[list[str], Iterator[tuple[int, Mapping[str, str]]]]:
     """Return headings, and rows with their line by heading."""
     try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, ValueError) as error:
-        raise MeasuredFileError(path, f"can not be read: {error}") from error
+        text = regular_bytes(path, MOST_BYTES).decode("utf-8-sig")
+    except ForeignError as error:
+        raise MeasuredFileError(path, str(error)) from error
+    except UnicodeDecodeError as error:
+        raise MeasuredFileError(path, f"is not UTF-8 text (byte {error.start})") from error
     lines = list(csv.reader(text.splitlines()))
     if len(lines) > _MOST_ROWS:
         raise MeasuredFileError(path, f"more than {_MOST_ROWS} lines")

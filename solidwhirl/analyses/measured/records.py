@@ -14,6 +14,10 @@ from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
 UNITS = {"receptance": "m_per_n", "mobility": "m_per_s_n", "accelerance": "m_per_s2_n"}
 
 
+#: Of a file of measurements
+MOST_BYTES = 500_000_000
+
+
 class MeasuredFileError(ValueError):
     """A file of measurements that can not be taken; the message names it and what is allowed."""
 

@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
+from solidwhirl.analyses.measured.records import MOST_BYTES
 from solidwhirl.core.fields import (
     MOST,
     BesideScene,
@@ -21,6 +22,7 @@ from solidwhirl.core.fields import (
     Record,
 )
 from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.foreign import ForeignError, regular_bytes
 
 Direction = Literal["x", "y", "z", "-x", "-y", "-z"]
 
@@ -93,10 +95,9 @@ class MeasuredSpec(Record):
 
 def _digest(key: str, path: Path) -> str:
     try:
-        with path.open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
-    except OSError as error:
-        raise ValueError(f"{key}: {path.name} can not be read: {error.strerror}") from error
+        return hashlib.sha256(regular_bytes(path, MOST_BYTES)).hexdigest()
+    except ForeignError as error:
+        raise ValueError(f"{key}: {path.name}: {error}") from error
 
 
 def point_problems(

@@ -12,9 +12,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from solidwhirl.analyses.measured.records import Freedom, MeasuredFileError
+from solidwhirl.analyses.measured.records import MOST_BYTES, Freedom, MeasuredFileError
 from solidwhirl.analyses.measured.units import Units, file_units, function_factor
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
+from solidwhirl.rotordyn.core.foreign import ForeignError, regular_bytes
 
 # Response of a function by its specific data type.
 _QUANTITIES = {8: "receptance", 11: "mobility", 12: "accelerance"}
@@ -24,7 +25,6 @@ _LABELS = {"receptance": "m", "mobility": "m/s", "accelerance": "m/s^2"}
 _READ = (15, 55, 58, 164, 2411)
 # Begin and end of a block as pyuff finds them; binary numbers do not end a line before one.
 _MARK = re.compile(rb"    -1(?=[\r\n]| {74}|\Z)")
-_MOST_BYTES = 500_000_000
 
 
 class FileFunction(NamedTuple):
@@ -95,11 +95,9 @@ def _blocks(path: Path) -> tuple[list[tuple[str, Mapping[str, Any]]], list[int]]
     import pyuff
 
     try:
-        content = path.read_bytes() if path.stat().st_size <= _MOST_BYTES else None
-    except (OSError, ValueError) as error:
-        raise MeasuredFileError(path, f"can not be read: {error}") from error
-    if content is None:
-        raise MeasuredFileError(path, f"larger than {_MOST_BYTES} bytes")
+        content = regular_bytes(path, MOST_BYTES)
+    except ForeignError as error:
+        raise MeasuredFileError(path, str(error)) from error
     marks = [mark.span() for mark in _MARK.finditer(content)]
     file = pyuff.UFF(str(path))
     types = [int(t) for t in file.get_set_types()]

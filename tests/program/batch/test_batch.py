@@ -36,7 +36,7 @@ from solidwhirl.batch.schedule import (
 from solidwhirl.batch.slurm import slurm_job, slurm_script, write_slurm_script
 from solidwhirl.batch.table import read_batch, read_table
 from solidwhirl.cache.files import StageStore
-from solidwhirl.core.errors import OutputError
+from solidwhirl.core.errors import OutputError, UserError
 from solidwhirl.cost.machine import uniform
 from solidwhirl.scene_reading.reader import read_scene
 from solidwhirl.sweep.records import BatchCase, BatchRow
@@ -516,6 +516,14 @@ def test_job_that_is_ended_goes_on_where_it_should(
     assert (job.returncode, said) == (code, "")
     asked = tmp_path / "requeued"
     assert (asked.read_text(encoding="utf-8") if asked.exists() else None) == requeued
+
+
+def test_a_path_with_a_line_break_is_no_path_for_slurm(tmp_path):
+    """Its second line would be a command of the script."""
+    job = job_of(tmp_path / "o\ntouch evil")
+    with pytest.raises(UserError, match=r"o\\ntouch evil.slurm.log: a path in a script for Slurm"):
+        write_slurm_script(job, tmp_path / "job.sh")
+    assert not (tmp_path / "job.sh").exists()
 
 
 def test_slurm_asks_for_no_team_that_only_waits():

@@ -198,15 +198,43 @@ def test_film_model_in_an_environment_of_its_own(tmp_path, ross, monkeypatch):
             ["pads.csv", "--maker-spin", "left"],
             "--maker-spin: found 'left'; allowed are x_to_y",
         ),
+        (
+            ["--from-ross", "film.toml", "--speeds", "1:2:1"],
+            "--ross-python: missing; install ross-rotordynamics in an environment of its own",
+        ),
         (["pads.csv", "--load-n", "3"], "load_n: the table has no column of loads"),
         (["pads.csv", "--tag", "a"], "tag: no 'a'; allowed are none"),
         (["pads.csv", "--picture", "p.bmp"], ".bmp"),
         (["pads.csv", "--ross-python", "/none", "--from-ross", "a"], "give a FILE, or"),
-        (["--from-ross", "a", "--ross-python", "/none", "--speeds", "1:2:1"], "can not be read"),
+        (["--from-ross", "a", "--ross-python", "/none", "--speeds", "1:2:1"], "no such file"),
     ],
 )
 def test_refusals(pads, monkeypatch, words, said):
     monkeypatch.chdir(pads.parent)
+    (pads.parent / "film.toml").write_text('model = "Film"')
     done = bearing(*words)
     assert done.exit_code == 2, done.output
     assert said in done.output
+
+
+def test_names_of_others_make_no_tables_and_move_no_terminal(tmp_path):
+    """Tags, file names and --name with line breaks and escapes, in what is written and shown."""
+    ross = tmp_path / "a\n[bodies.file]\n.toml"
+    ross.write_text(
+        'ross_version = "2.3"\n["BearingElement_x"]\ntag = "b\\u001b[2J\\n[bodies.evil]"\n'
+        "kxx = [1.0, 2.0]\ncxx = [0.0, 0.0]\nfrequency = [1.0, 2.0]\n"
+    )
+    done = bearing(str(ross), "--name", "n]\n[bodies.name]", "--out", str(tmp_path / "law.toml"))
+    assert done.exit_code == 0, done.output
+    assert "\x1b[2J" not in done.output and "\\x1b[2J" in done.output
+    law = tomllib.loads((tmp_path / "law.toml").read_text())
+    assert list(law) == ["speed_laws"] and list(law["speed_laws"]) == ["n]\n[bodies.name]"]
+
+
+@pytest.mark.parametrize("words", [(), ("--speeds", "1:2:1", "--ross-python", "/none")])
+def test_keys_of_thousands_of_names_are_refused_at_once(tmp_path, words):
+    """Reading one of 20 000 names took 2.3 GB."""
+    path = tmp_path / "ross.toml"
+    path.write_text(".".join(["a"] * 20_000) + " = 1\n")
+    done = bearing(*(("--from-ross",) if words else ()), str(path), *words)
+    assert done.exit_code == 2 and "a key of more than 16 names" in done.output

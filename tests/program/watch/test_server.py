@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import errno
 import http.client
 import json
 
@@ -12,6 +13,9 @@ from tornado.websocket import websocket_connect
 
 from solidwhirl.core.errors import OutputError
 from solidwhirl.watch.server import Server
+
+# a whole number that no double can hold
+HUGE = '{"do": "move", "positions": {"bearings.1.stiffness_n_per_m": 1' + "0" * 400 + "}}"
 
 
 @pytest.fixture
@@ -77,7 +81,14 @@ def _connected(server, token=None, **headers):
         url = f"ws://127.0.0.1:{server.port}/{token or server.token}/socket"
         socket = await websocket_connect(HTTPRequest(url, headers=headers))
         # what is no question is passed over
-        for text in ("{", "[]", "3", '{"do": "move"}', '{"do": "move", "positions": {"x": 1}}'):
+        for text in (
+            "{",
+            "[]",
+            "3",
+            '{"do": "move"}',
+            '{"do": "move", "positions": {"x": 1}}',
+            HUGE,
+        ):
             await socket.write_message(text)
         await socket.write_message(b"\xff\xfe", binary=True)
         kinds = set()
@@ -100,6 +111,9 @@ def test_a_connection_needs_token_and_origin_too(server):
     for other in wrong:
         with pytest.raises(HTTPClientError, match="403"):
             _connected(server, **{"Origin": own, **other})
+    # a program that is no browser need not tell, and could move sliders and write
+    with pytest.raises(HTTPClientError, match="403"):
+        _connected(server)
 
 
 def test_a_port_that_is_taken_is_refused_and_tokens_differ(server, serve, follow, scene_path):
@@ -110,3 +124,12 @@ def test_a_port_that_is_taken_is_refused_and_tokens_differ(server, serve, follow
     other = serve(follow(scene_path))
     assert other.token != server.token and len(other.token) >= 32
     assert _asked(other, f"/{server.token}/")[0] == 403
+
+
+def test_without_file_handles_new_connections_wait(server, capfd):
+    """A line a second is said where there were thousands, and the page is there again after it."""
+    error = OSError(errno.EMFILE, "Too many open files")
+    for _ in range(3):
+        server._loop.call_soon_threadsafe(server._take_error, server._loop, {"exception": error})
+    assert _asked(server, f"/{server.token}/")[0] == 200
+    assert capfd.readouterr().err.count("Too many open files; new connections wait") <= 3

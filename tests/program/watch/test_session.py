@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import sys
+import threading
+import time
 import tomllib
 from pathlib import Path
 
@@ -18,6 +20,7 @@ from solidwhirl.pipeline.run import run_scene
 from solidwhirl.reduced_scene import reduce_scene
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.scene_reading.reader import parse_scene, read_scene, with_model
+from solidwhirl.watch import scene_file
 from solidwhirl.watch.diagram import diagram_of, quick_diagram
 from solidwhirl.watch.saved_run import read_run
 from solidwhirl.watch.session import Session
@@ -196,6 +199,58 @@ def test_a_link_and_the_permissions_of_a_file_stay(watched, scene_path, tmp_path
     assert scene_path.stat().st_mode & 0o777 == 0o640
 
 
+def test_a_file_that_may_not_be_written_or_has_more_names_keeps_that(watched, scene_path, tmp_path):
+    second = tmp_path / "second.toml"
+    second.hardlink_to(scene_path)
+    session, told = watched(scene_path)
+    told.wait("picture", _whole)
+    session.move({STIFFNESS: 4e6})
+    scene_path.chmod(0o440)
+    session.write("")
+    assert "is read-only; nothing was written" in told.wait("written")["text"]
+    scene_path.chmod(0o640)
+    session.write("")
+    assert told.wait("written")["done"]
+    assert second.samefile(scene_path) and "4e6" in second.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("in_place", [True, False])
+@pytest.mark.parametrize("size", [0, 1 << 20])
+def test_no_edit_is_lost_while_the_file_is_written(tmp_path, in_place, size):
+    """250 saves at random moments around a write, in place or by a file moved there.
+
+    Whatever comes first, the edit stands in the end.
+    """
+    path, rest = tmp_path / "rotor.toml", b"#" * size
+    before, after, edit = (word + rest for word in (b"before\n", b"written\n", b"edit\n"))
+    path.write_bytes(before)
+    assert scene_file._rewritten(path, before, after) and path.read_bytes() == after
+    assert not scene_file._rewritten(path, before, edit) and path.read_bytes() == after
+    random, losses = np.random.default_rng(1), 0
+    for _ in range(250):
+        path.write_bytes(before)
+        delay, other = random.uniform(0.0, 1.5e-3), tmp_path / "edited"
+
+        def save(delay=delay, other=other):
+            time.sleep(delay)
+            if in_place:
+                path.write_bytes(edit)
+            else:
+                other.write_bytes(edit)
+                other.replace(path)
+
+        editor = threading.Thread(target=save)
+        editor.start()
+        time.sleep(5e-4)
+        try:
+            scene_file._rewritten(path, before, after)
+        except UserError as error:
+            assert "is open in another program" in str(error)
+        editor.join()
+        losses += path.read_bytes() != edit
+    assert losses == 0
+
+
 def test_positions_that_can_not_be_are_told_and_the_next_are_shown(watched, scene_path):
     session, told = watched(scene_path)
     told.wait("picture", _whole)
@@ -279,7 +334,7 @@ def test_a_saved_run_moves_its_bodies_and_writes_a_new_scene(
 
 
 def test_folders_that_lack_what_is_needed_are_refused(run_folder, tmp_path):
-    with pytest.raises(UserError, match=r"scene.json: is missing; run the scene again"):
+    with pytest.raises(UserError, match=r"scene.json: no such file; run the scene again"):
         read_run(tmp_path)
     scene = json.loads((run_folder / "scene.json").read_text())
     (run_folder / "bodies" / "rotor.h5").rename(run_folder / "body")
@@ -289,7 +344,12 @@ def test_folders_that_lack_what_is_needed_are_refused(run_folder, tmp_path):
     (run_folder / "scene.json").write_text(json.dumps(scene))
     with pytest.raises(SceneError, match=r"scene.json is not the scene of results.json"):
         read_run(run_folder)
-    for text, said in (("[]", "is no table"), ("{", "can not be read")):
+    for text, said in (
+        ("[]", "is no table"),
+        ("{", "is not valid JSON"),
+        ("[" * 100_000, "nested too deeply"),
+        ('{"x": 1' + "0" * 400 + "}", "a number of 401 digits"),
+    ):
         (run_folder / "scene.json").write_text(text)
         with pytest.raises(UserError, match=said):
             read_run(run_folder)

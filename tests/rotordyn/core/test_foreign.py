@@ -1,0 +1,77 @@
+"""Limits under which files of others are read."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from solidwhirl.rotordyn.core.foreign import Allowance, ForeignError, in_child, regular_bytes
+
+LIMITS = {"seconds": 1, "memory_bytes": 1 << 28, "refused": KeyError}
+
+
+def test_regular_files_alone_are_read(tmp_path):
+    """A pipe that nobody writes to, a link to itself and an endless device end at once."""
+    (tmp_path / "file").write_bytes(b"12345")
+    assert regular_bytes(tmp_path / "file", 5) == b"12345"
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "circle").symlink_to(tmp_path / "circle")
+    (tmp_path / "zero").symlink_to("/dev/zero")
+    for name, said in {
+        "file": "has 5 bytes, at most 4 are allowed",
+        "pipe": "is no regular file",
+        "circle": "can not be read: Too many levels",
+        "zero": "is no regular file",
+        ".": "is no regular file",
+        "none": "no such file",
+        "a\0b": "can not be read: embedded null",
+    }.items():
+        with pytest.raises(ForeignError, match=said):
+            regular_bytes(tmp_path / name, 4)
+
+
+def test_an_allowance_is_spent():
+    allowed = Allowance(10, "numbers")
+    allowed.take(6)
+    allowed.take(4)
+    with pytest.raises(ForeignError, match="makes more than 10 numbers"):
+        allowed.take(1)
+
+
+def test_a_child_gives_its_result_or_its_refusal():
+    # more than a pipe holds
+    assert in_child(lambda: b"x" * 3_000_000, **LIMITS) == b"x" * 3_000_000
+    with pytest.raises(KeyError, match="what is wrong"):
+        in_child(lambda: {}["what is wrong"], **LIMITS)
+    with pytest.raises(ForeignError, match="can not do with the memory"):
+        in_child(lambda: bytes(1 << 30), **LIMITS)
+    with pytest.raises(ForeignError, match="breaks down on it .signal 11."):
+        in_child(lambda: os.kill(os.getpid(), signal.SIGSEGV) or b"", **LIMITS)
+
+
+def test_a_child_ends_with_its_parent(tmp_path):
+    """A parent that is killed leaves nobody at work: the child would write its mark after 1 s."""
+    mark, began = tmp_path / "mark", tmp_path / "began"
+    program = f"""
+import pathlib, time
+from solidwhirl.rotordyn.core.foreign import in_child
+def late():
+    pathlib.Path({str(began)!r}).touch()
+    time.sleep(1.0)
+    pathlib.Path({str(mark)!r}).touch()
+    return b""
+in_child(late, seconds=None, memory_bytes=1 << 28, refused=KeyError)
+"""
+    parent = subprocess.Popen([sys.executable, "-c", program])
+    while not began.exists():
+        assert parent.poll() is None
+        time.sleep(0.01)
+    parent.terminate()
+    parent.wait()
+    time.sleep(1.3)
+    assert not mark.exists()
