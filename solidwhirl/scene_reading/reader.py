@@ -17,7 +17,7 @@ from solidwhirl.analyses.base import Analysis
 from solidwhirl.analyses.registry import KINDS
 from solidwhirl.core.errors import Problem, SceneError, clean, meant
 from solidwhirl.core.fields import keys_of
-from solidwhirl.core.toml_text import LONG_KEY, long_key
+from solidwhirl.core.toml_text import KEY, LONG_KEY, long_key
 from solidwhirl.model.imported_bodies import with_files_read
 from solidwhirl.rotordyn.core.foreign import ForeignError, regular_bytes
 from solidwhirl.scene.meshes import with_digests
@@ -45,7 +45,7 @@ _COMMA = "; a decimal point is wanted, not a comma"
 _NO_KEY = "Invalid initial character for a key part"
 _UNCLOSED = {"Unclosed array": "]", "Unclosed inline table": "}"}
 # A line that can only begin a table or assign a key.
-_NEXT_LINE = re.compile(rf"\[+\s*{_KEY}[\s\].]|{_KEY}[\s.\w-]*=")
+_NEXT_LINE = re.compile(rf"\[+\s*{KEY}[\s\].]|{KEY}[\s.\w-]*=")
 # Whole numbers of more bits than a double can hold are not written out.
 _LONGEST_WHOLE = 1100
 _LONGEST_VALUE = 60

@@ -278,10 +278,7 @@ def test_folder_of_others_is_refused_before_anything_is_written(tmp_path, name):
     """Whatever one file is called; a folder with a lock, a store or a manifest is that of a run."""
     (tmp_path / name).parent.mkdir(exist_ok=True)
     (tmp_path / name).write_text("mine", encoding="utf-8")
-    with (
-        pytest.raises(OutputError, match=r"is not empty .* and no run wrote it"),
-        claimed(tmp_path),
-    ):
+    with pytest.raises(OutputError, match="is not empty"), claimed(tmp_path):
         pass
     assert content(tmp_path) == {name: "mine"}
     (tmp_path / ".stages").mkdir()
