@@ -183,3 +183,15 @@ def test_other_pythons_get_the_wheel(monkeypatch):
         "petsc4py", "python3-petsc4py", "PETSc is compiled for complex numbers"
     )
     assert said.endswith(pip("dolfinx-solver-real"))
+
+
+@pytest.mark.solver
+def test_the_wheel_puts_its_libraries_in_order_before_they_are_loaded(tmp_path):
+    """By a stand-in for its module, which sees what is there when it is imported."""
+    (tmp_path / "dolfinx_solver.py").write_text(
+        "import sys\nprint(sorted({'petsc4py', 'slepc4py', 'dolfinx'} & set(sys.modules)))\n"
+    )
+    path = os.pathsep.join(filter(None, (str(tmp_path), os.environ.get("PYTHONPATH"))))
+    program = "import solidwhirl.reduction, sys\nprint('dolfinx' in sys.modules)\n"
+    done = started(sys.executable, "-c", program, PYTHONPATH=path)
+    assert done.stdout.splitlines() == ["[]", "True"], done.stderr
