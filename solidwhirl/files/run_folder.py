@@ -58,7 +58,7 @@ def claimed(out: str | Path, within: Path | None = None) -> Iterator[Path]:
     out = Path(out)
     if within is None:
         _refuse_claimed_above(out)
-        _refuse_occupied(out)
+        refuse_occupied(out)
     missing = [p for p in (out, *out.parents) if not p.exists()]
     with writing(out):
         out.mkdir(parents=True, exist_ok=True)
@@ -73,9 +73,13 @@ def claimed(out: str | Path, within: Path | None = None) -> Iterator[Path]:
                 folder.rmdir()
 
 
-def _refuse_occupied(out: Path) -> None:
-    """Refuse a folder with files of others in it, such as the root of the system."""
-    if not out.is_dir() or any(os.path.lexists(out / name) for name in _OURS):
+def refuse_occupied(out: Path, ours: Iterable[str] = _OURS) -> None:
+    """Refuse a folder with files of others in it, such as the root of the system.
+
+    `ours`: names of which one is in every folder that this program has written.
+    Raises OutputError: it is not empty and has none of them.
+    """
+    if not out.is_dir() or any(os.path.lexists(out / name) for name in ours):
         return  # if not ours after all, told by what looks at the files themselves
     if _begins_as_results(out / _LAST) or pictures_listed(out):
         return

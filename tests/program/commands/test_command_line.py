@@ -346,12 +346,13 @@ def test_plan_says_that_a_rotor_is_free(tmp_path):
     assert CliRunner().invoke(app, ["plan", str(path)]).stderr == ""
 
 
-def test_folders_of_others_are_not_written_into(tmp_path, refusal):
+def test_folders_of_others_are_not_written_into(root, tmp_path, refusal):
     path = tmp_path / "rotor.toml"
     path.write_text(ONE_BEARING.format(name="rotor", first='"rotor.left"'), encoding="utf-8")
-    for command in ("run", "pictures", "batch"):
+    laval = root / "scenes" / "laval.toml"
+    for command, scene in (("run", path), ("pictures", path), ("batch", path), ("study", laval)):
         for out in (Path("/"), tmp_path):
-            done = CliRunner().invoke(app, [command, str(path), "--out", str(out)])
+            done = CliRunner().invoke(app, [command, str(scene), "--out", str(out)])
             assert "is not empty (" in refusal(done, str(out))
     assert [p.name for p in tmp_path.iterdir()] == ["rotor.toml"]
 
