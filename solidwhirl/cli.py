@@ -49,7 +49,7 @@ _COMMANDS = {
 # New objects before garbage is looked for: what is imported stays, and is far more than the number
 # that Python expects.
 _COLLECTED = 100_000
-_EXAMPLES = ("solidwhirl init rotor.toml", "solidwhirl run rotor.toml --out out/rotor")
+_EXAMPLES = ("solidwhirl init rotor.toml", "solidwhirl run rotor.toml")
 
 
 class Commands(TyperGroup):
@@ -69,6 +69,10 @@ class Commands(TyperGroup):
         """Load the command that is called."""
         if args[0] in _COMMANDS:
             self.commands[args[0]] = command(args[0])
+        elif not args[0].startswith("-"):
+            from solidwhirl.core.errors import choice, clean
+
+            ctx.fail(f"no command {clean(args[0], 60)!r}; {choice(args[0], list(_COMMANDS))}")
         return super().resolve_command(ctx, args)
 
 

@@ -1,6 +1,7 @@
 """Make the pictures of docs/tutorial.md, howto.md and blades.md from the scenes that stand there.
 
-Those of asymmetric_rotors.md come from files in scenes/.
+Those of asymmetric_rotors.md come from files in scenes/, that of README.md (docs/report.png) from
+the twin rotor.
 
 .venv/bin/python tools/guide_pictures.py      # needs chromium, `tools/setup.sh browser`
 """
@@ -56,7 +57,10 @@ WIDTH = 900
 
 def main() -> None:
     """Run the scenes of pages, all or those named, and copy what their pages show."""
-    for page in sys.argv[1:] or (*PAGES, *OF_FILES):
+    for page in sys.argv[1:] or (*PAGES, *OF_FILES, "report"):
+        if page == "report":
+            _report()
+            continue
         if page in OF_FILES:
             _of_files(page)
             continue
@@ -88,6 +92,15 @@ def _of_files(page: str) -> None:
             subprocess.run([*command, f"{folder}/{scene}"], check=True)
         for name, (scene, picture) in OF_FILES[page].items():
             _smaller(Path(folder) / scene / f"{picture}.png", DOCS / page / f"{name}.png")
+
+
+def _report() -> None:
+    """Run the twin rotor on its meridians, and take the first screen of its page."""
+    scene = DOCS.parent / "scenes" / "ferraris.toml"
+    with tempfile.TemporaryDirectory() as folder:
+        command = [sys.executable, "-m", "solidwhirl", "run", scene, "--level", "harmonic", "--out"]
+        subprocess.run([*command, f"{folder}/out"], check=True)
+        _first_screen(Path(folder) / "out" / "report.html", DOCS / "report.png")
 
 
 def _smaller(source: Path, target: Path) -> None:

@@ -104,7 +104,7 @@ def _table(record: type[Record], meanings: Mapping[str, str], owners: Mapping[st
     named = ("kind", "name") if record.__name__ in _ANALYSES else ()
     rows: dict[tuple[str, str, str], list[str]] = {}
     for key, field in keys_of(record).items():
-        if key in named or (key == "name" and meanings[key] == "unique in its list"):
+        if key in named:
             continue
         shown = next(
             (_ALSO[n] for n in map(_validator, field.metadata) if n in _ALSO),

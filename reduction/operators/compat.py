@@ -9,9 +9,13 @@ import re
 import sys
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from itertools import combinations
 from typing import Any, NamedTuple
+
+# PyPI's wheel of dolfinx puts its MPI, PETSc and SLEPc in order, before any of them is loaded
+with suppress(ModuleNotFoundError):
+    import dolfinx_solver  # noqa: F401
 
 import numpy as np
 import ufl
@@ -47,6 +51,11 @@ with warnings.catch_warnings(), _hidden("llvmlite"):
     from dolfinx import mesh as _mesh
 
 guard_compiler(ffcx.codegeneration.jit)
+
+if np.dtype(PETSc.ScalarType).kind == "c":
+    raise ImportError(
+        "PETSc is compiled for complex numbers; real ones are needed", name="petsc4py"
+    )
 
 VERSION = tuple(int(n) for n in re.findall(r"\d+", dolfinx.__version__)[:3])
 _OLD = not hasattr(fem, "functionspace")

@@ -165,8 +165,8 @@ def _sense_findings(
         said.append(("not mirrored", f'{text} (cross_coupling = "as_given")'))
     holds = "rz" in bearing.rigid or bearing.torsion_stiffness_n_m_per_rad != 0
     if bearing.second is None and holds and sign != 0:
-        text = f"it holds rz of {body!r}, which turns, against the ground"
-        said.append(("held torsion", f"{text}: read as a drive of constant speed"))
+        text = f"it holds rz of the rotating {body!r} to ground"
+        said.append(("held torsion", f"{text}; treated as a constant-speed drive"))
     for kind, text in said:
         yield kind, float(speeds[0]), float(speeds[-1]), text
 

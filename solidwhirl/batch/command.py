@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -100,7 +99,8 @@ def _coordinated(
     by_status = {s: sum(row.status == s for row in found) for s in ("failed", "checks_failed")}
     failed, bad = by_status.values()
     table = work.settings.out / TABLE
-    say(console, f"{len(found)} rows, {failed} failed, {bad} with failed checks: {table}")
+    if not console.quiet:
+        typer.echo(f"{len(found)} rows, {failed} failed, {bad} with failed checks: {table}")
     return by_status
 
 
@@ -213,8 +213,8 @@ def _write_script(
     )
     write_slurm_script(job, path)
     if "--quiet" not in words:
-        sys.stderr.write(
+        typer.echo(
             f"script: {path}: {len(cases)} cases, {job.ranks} ranks of {job.memory_mib} MiB, "
-            f"{job.minutes} min; start it with sbatch {path}\n"
+            f"{job.minutes} min; start it with sbatch {path}"
         )
     return 0

@@ -15,10 +15,10 @@ from pydantic import TypeAdapter, ValidationError
 
 from solidwhirl.core.errors import UserError, clean, writing
 from solidwhirl.core.plain_data import plain_data
+from solidwhirl.files.run_folder import JOURNAL
 from solidwhirl.rotordyn.core.atomic import replacing
 from solidwhirl.sweep.records import BatchRow
 
-JOURNAL = "batch.jsonl"
 SCHEMA = "solidwhirl-batch-1"
 #: What rows and tables of earlier releases do not have.
 LATER = {"critical_kind", "critical_motion", "campbell_motion", "method", "sweep_cases"}

@@ -5,10 +5,10 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+import typer
 from rich.console import Console
 
 from solidwhirl.batch.table import read_batch
-from solidwhirl.console.terminal import say
 from solidwhirl.core.errors import SceneError, clean, writing
 from solidwhirl.sweep.analysis import SweepPictureSettings
 from solidwhirl.sweep.design import SweepPictureError
@@ -63,8 +63,9 @@ def draw_at_end(
     try:
         files = redraw(out, operating_rpm)
     except Exception as error:  # pictures can be drawn again, cases would be computed again
-        sys.stderr.write(f"{out}: no pictures: {type(error).__name__}: {clean(str(error))}\n")
+        said = f"no pictures: {type(error).__name__}: {clean(str(error))}"
+        sys.stderr.write(f"warning: {out}: {said}\n")
         return ()
-    if files:
-        say(console, f"{len(files)} files of pictures: {out / PICTURES}")
+    if files and not console.quiet:
+        typer.echo(f"{len(files)} files of pictures: {out / PICTURES}")
     return files

@@ -18,7 +18,6 @@ from pathlib import Path
 
 from solidwhirl.batch.case import ERROR_FILE, CaseSettings, run_alone
 from solidwhirl.batch.journal import (
-    JOURNAL,
     BatchTableError,
     Journal,
     open_journal,
@@ -29,7 +28,7 @@ from solidwhirl.batch.table import TABLE, read_batch, write_table
 from solidwhirl.core.errors import OutputError
 from solidwhirl.core.machine import available_memory_gib
 from solidwhirl.cost.machine import Machine, this_machine
-from solidwhirl.files.run_folder import claimed, holder_of, verify_folder
+from solidwhirl.files.run_folder import JOURNAL, MANIFEST, claimed, holder_of, verify_folder
 from solidwhirl.pipeline.cached_stages import open_store
 from solidwhirl.sweep.cases import batch_cases, case_scene
 from solidwhirl.sweep.records import BatchCase, BatchRow
@@ -153,6 +152,8 @@ def work_of(cases: tuple[BatchCase, ...], settings: CaseSettings, *, resume: boo
 
 
 def _refuse_others(cases: Sequence[BatchCase], out: Path) -> None:
+    if (out / MANIFEST).exists():
+        raise OutputError(f"{out}: is the folder of a run; choose another one for a batch")
     for path in (out / JOURNAL, out / TABLE):
         if (path.exists() or path.is_symlink()) and not _is_of_a_batch(out):
             said = "is there already and no batch wrote it; move it away or choose another folder"

@@ -13,6 +13,7 @@ from solidwhirl.batch import journal
 from solidwhirl.batch.journal import SCHEMA, BatchTableError
 from solidwhirl.core.errors import writing
 from solidwhirl.core.key_units import unit_of
+from solidwhirl.files.run_folder import JOURNAL
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.atomic import replacing
 from solidwhirl.sweep.records import BatchRow
@@ -69,12 +70,10 @@ def read_batch(folder: str | Path) -> tuple[BatchRow, ...]:
     Raises BatchTableError: there is neither, or it is damaged.
     """
     folder = Path(folder)
-    if (folder / journal.JOURNAL).exists():
+    if (folder / JOURNAL).exists():
         return journal.in_order(journal.read_journal(folder))
     if not (folder / TABLE).exists():
-        raise BatchTableError(
-            f"{folder}: has neither {journal.JOURNAL} nor {TABLE}; it is no batch"
-        )
+        raise BatchTableError(f"{folder}: has neither {JOURNAL} nor {TABLE}; it is no batch")
     return read_table(folder / TABLE)
 
 

@@ -18,13 +18,23 @@ class GridError(Exception):
     """Rows that are no table; the message says which."""
 
 
+#: An axis in messages: what it is called, its unit, and what one of that is in SI.
+Shown = Mapping[str, tuple[str, str, float]]
+_SI: Shown = {
+    "loads_n": ("load", "N", 1.0),
+    "speeds_rad_s": ("speed", "rad/s", 1.0),
+    "frequencies_rad_s": ("frequency", "rad/s", 1.0),
+}
+
+
 def on_grid(
-    axes: Mapping[str, FloatArray], columns: Mapping[str, FloatArray]
+    axes: Mapping[str, FloatArray], columns: Mapping[str, FloatArray], shown: Shown = _SI
 ) -> tuple[dict[str, FloatArray | None], dict[str, FloatArray]]:
     """Return the axes with their values rising, and matrices of k, c and m on their grid.
 
     `axes`: values by the names of `AXES`, one per row; `columns`: coefficients by names such as
-    "kxx", one per row, with kxx and cxx. Missing yy is xx, other missing ones are 0.
+    "kxx", one per row, with kxx and cxx. Missing yy is xx, other missing ones are 0; `shown`: the
+    axes as messages have them.
     Raises GridError: a value of an axis that is negative, a point twice, or one that is missing.
     """
     count = columns["kxx"].size
@@ -35,26 +45,27 @@ def on_grid(
             where.append(np.zeros(count, dtype=int))
             continue
         if axes[name].min() < 0:
-            raise GridError(f"{_word(name)} is {axes[name].min():g}; allowed is 0 and more")
+            point = _point(shown, name, axes[name].min())
+            raise GridError(f"{point}; allowed is 0 and more")
         values[name], place = np.unique(axes[name], return_inverse=True)
         where.append(place)
     sizes = [1 if values[name] is None else len(values[name]) for name in AXES]  # type: ignore[arg-type]
     size = math.prod(sizes)
     if size > count:
-        words = " × ".join(f"{n} of {_word(a)}" for n, a in zip(sizes, AXES, strict=True) if n > 1)
+        words = " × ".join(f"{n} of {_SI[a][0]}" for n, a in zip(sizes, AXES, strict=True) if n > 1)
         raise GridError(
             f"{count} rows for {words}; a table over two axes needs a row for every combination "
             "of their values"
         )
     flat = np.ravel_multi_index(tuple(where), tuple(sizes))
-    _refuse_twice(axes, flat)
+    _refuse_twice(axes, flat, shown)
     order = np.argsort(flat)
     return values, {
         letter: _matrices(columns, letter)[order].reshape(*sizes, 2, 2) for letter in "kcm"
     }
 
 
-def _refuse_twice(axes: Mapping[str, FloatArray], flat: IntArray) -> None:
+def _refuse_twice(axes: Mapping[str, FloatArray], flat: IntArray, shown: Shown) -> None:
     """Refuse rows of one point; as many rows as points without any fill the grid."""
     if not axes and flat.size > 1:
         raise GridError(
@@ -62,9 +73,10 @@ def _refuse_twice(axes: Mapping[str, FloatArray], flat: IntArray) -> None:
         )
     times = np.bincount(flat)
     if times.max() > 1:
-        row = int(np.flatnonzero(flat == int(times.argmax()))[0])
-        point = " and ".join(f"{_word(name)} {axes[name][row]:.6g}" for name in axes)
-        raise GridError(f"{times.max()} rows at {point} (SI); allowed is one")
+        rows = np.flatnonzero(flat == int(times.argmax()))
+        point = " and ".join(_point(shown, name, axes[name][rows[0]]) for name in axes)
+        some = ", ".join(str(row + 1) for row in rows[:5]) + (", ..." if len(rows) > 5 else "")
+        raise GridError(f"{len(rows)} rows at {point} (rows {some} of the numbers); allowed is one")
 
 
 def _matrices(columns: Mapping[str, FloatArray], letter: str) -> FloatArray:
@@ -76,5 +88,6 @@ def _matrices(columns: Mapping[str, FloatArray], letter: str) -> FloatArray:
     return np.stack(found, axis=-1).reshape(-1, 2, 2)
 
 
-def _word(axis: str) -> str:
-    return {"loads_n": "load", "speeds_rad_s": "speed", "frequencies_rad_s": "frequency"}[axis]
+def _point(shown: Shown, axis: str, value: float) -> str:
+    word, unit, size = shown[axis]
+    return f"{word} {value / size:.6g} {unit}"

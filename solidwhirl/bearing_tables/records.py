@@ -52,7 +52,8 @@ class CoefficientTable:
     `loads_n`, `speeds_rad_s`, `frequencies_rad_s`: rising, None where the coefficients do not
     depend on it; `frequencies_rad_s` are those of the motion, not the speed of the rotor;
     `stiffness_n_per_m`, `damping_n_s_per_m`, `mass_kg`; `source`: file and element; `notes`: what
-    the reader assumed or left out. Raises ValueError if the shapes do not fit.
+    the reader left out or took for something; `assumed`: coefficients that the file does not give,
+    and what they are taken as. Raises ValueError if the shapes do not fit.
     """
 
     loads_n: FloatArray | None
@@ -63,6 +64,7 @@ class CoefficientTable:
     mass_kg: FloatArray
     source: str
     notes: tuple[str, ...] = ()
+    assumed: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         freeze_arrays(self)

@@ -112,6 +112,7 @@ def _table(
         mass_kg=matrices["m"],
         source=f"{path.name}: {tag}",
         notes=tuple(notes),
+        assumed=(),
     )
 
 

@@ -22,7 +22,7 @@ from solidwhirl.bearing_tables.records import (
     text_of,
 )
 from solidwhirl.bearing_tables.ross_files import loaded
-from solidwhirl.core.errors import UserError
+from solidwhirl.core.errors import UserError, choice
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
 
@@ -143,7 +143,8 @@ def _request(path: Path) -> dict[str, Any]:
         raise TableFileError(path, 'needs model = "CLASS" and a table [arguments]')
     for key in data:
         if key not in ("model", "arguments"):
-            raise TableFileError(path, f"{key}: unknown key; allowed are model, arguments")
+            said = choice(key, ("model", "arguments"))
+            raise TableFileError(path, f"{key}: unknown key; {said}")
     for key in ("n", "speed", "frequency"):
         if key in arguments:
             raise TableFileError(path, f"arguments.{key}: leave it out; --speeds gives the speeds")

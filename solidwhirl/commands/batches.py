@@ -8,7 +8,15 @@ from typing import Annotated
 
 import typer
 
-from solidwhirl.commands.options import Accuracy, Level, Quiet, Store, examples, taking
+from solidwhirl.commands.options import (
+    Accuracy,
+    Level,
+    Quiet,
+    Store,
+    examples,
+    out_folder,
+    taking,
+)
 from solidwhirl.console.guard import guarded
 
 EXAMPLES = examples(
@@ -31,7 +39,13 @@ class BatchOptions:
     scenes: Annotated[
         list[Path], typer.Argument(metavar="SCENE.toml...", help="Scenes, with [sweep] or without.")
     ]
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of all cases and their table.")]
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="Folder of all cases and their table; out/NAME without, out/batch of many scenes.",
+        ),
+    ] = None
     ranks_per_scene: Annotated[
         int, typer.Option(min=1, metavar="K", help="Ranks that compute a case together.")
     ] = 1
@@ -53,6 +67,8 @@ def batch(asked: BatchOptions) -> None:
 
     The exit code is 1 if a case failed; its message is in the table, and the others are done.
     """
+    alone = asked.scenes[0] if len(asked.scenes) == 1 else Path("batch")
+    out = out_folder(asked.out, alone)
 
     def work() -> None:
         from solidwhirl.batch.case import CaseSettings
@@ -61,7 +77,7 @@ def batch(asked: BatchOptions) -> None:
         code = batch_command(
             asked.scenes,
             CaseSettings(
-                out=asked.out,
+                out=out,
                 store=asked.store,
                 level=asked.level,
                 accuracy=asked.accuracy,
@@ -76,7 +92,7 @@ def batch(asked: BatchOptions) -> None:
         if code:
             raise typer.Exit(code)
 
-    guarded(asked.out, work)
+    guarded(out, work)
 
 
 def batch_pictures(

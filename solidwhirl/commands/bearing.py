@@ -12,7 +12,7 @@ import typer
 
 from solidwhirl.commands.options import Force, completing, examples, taking
 from solidwhirl.console.guard import guarded
-from solidwhirl.core.errors import UserError, writing
+from solidwhirl.core.errors import UserError, choice, writing
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -171,7 +171,7 @@ def _axis(given: str | None) -> Literal["speed", "frequency"] | None:
         return "speed"
     if given == "frequency":
         return "frequency"
-    raise UserError(f"--axis: found {given!r}, allowed are speed and frequency")
+    raise UserError(f"--axis: found {given!r}; {choice(given, ('speed', 'frequency'))}")
 
 
 def _spin(given: str) -> Literal["x_to_y", "y_to_x"]:
@@ -179,7 +179,7 @@ def _spin(given: str) -> Literal["x_to_y", "y_to_x"]:
         return "x_to_y"
     if given == "y_to_x":
         return "y_to_x"
-    raise UserError(f"--maker-spin: found {given!r}, allowed are x_to_y and y_to_x")
+    raise UserError(f"--maker-spin: found {given!r}; {choice(given, ('x_to_y', 'y_to_x'))}")
 
 
 def _of_ross(options: BearingOptions) -> Film:
@@ -218,8 +218,11 @@ def show_table(console: Console, table: CoefficientTable) -> None:
     _show_rows(console, table.source, heads, numbers[:_MOST_ROWS])
     if len(numbers) > _MOST_ROWS:
         console.print(Text(f"and {len(numbers) - _MOST_ROWS} more rows"))
-    for line in (*table.notes, *findings(table)):
-        console.print(Text(line, style="yellow" if line.startswith("warning") else ""))
+    for line in (*table.notes, *table.assumed, *findings(table)):
+        if line.startswith("warning"):
+            typer.secho(line, fg="yellow", err=True)
+        else:
+            console.print(Text(line))
 
 
 def show_axial(console: Console, found: AxialCoefficients) -> None:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import typer
 
-from solidwhirl.core.errors import OutputError, clean, writing
+from solidwhirl.core.errors import OutputError, choice, clean, writing
 from solidwhirl.files.run_folder import refuse_existing
 from solidwhirl.files.surface_files import write_surface_vtkhdf, write_surface_vtu
 from solidwhirl.rotordyn.core.atomic import replace_text
@@ -106,7 +106,7 @@ def export_body(
     take the body.
     """
     if name not in FORMATS:
-        raise OutputError(f"--format: {_unknown(name)}; known are {', '.join(FORMATS)}")
+        raise OutputError(f"--format: {_unknown(name)}; {choice(name, list(FORMATS))}")
     if body.is_dir():
         raise OutputError(_folder_text(body))
     chosen = FORMATS[name]

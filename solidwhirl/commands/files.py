@@ -94,11 +94,12 @@ def schema(
     ],
 ) -> None:
     """Print the JSON schema of scene files or of results.json, for editors and other programs."""
+    from solidwhirl.core.errors import choice
     from solidwhirl.scene_reading.schema import results_schema, scene_schema
 
     made = {"scene": scene_schema, "results": results_schema}.get(of)
     if made is None:
-        raise typer.BadParameter(f"{of!r}; allowed are scene, results")
+        raise typer.BadParameter(f"{of!r}; {choice(of, ('scene', 'results'))}")
     typer.echo(json.dumps(made(), indent=1, ensure_ascii=False))
 
 

@@ -9,7 +9,7 @@ import typer
 
 from solidwhirl.commands.options import Force, SceneFile, completing, examples
 from solidwhirl.console.guard import guarded
-from solidwhirl.core.errors import OutputError, writing
+from solidwhirl.core.errors import OutputError, choice, writing
 from solidwhirl.files.run_folder import refuse_existing
 from solidwhirl.geometry import GeometryError
 
@@ -59,7 +59,8 @@ def geometry_command(
     from solidwhirl.scene_reading.reader import read_scene
 
     if length_unit not in _UNITS_M:
-        raise OutputError(f"--length-unit: found {length_unit!r}, allowed are mm and m")
+        said = choice(length_unit, list(_UNITS_M))
+        raise OutputError(f"--length-unit: found {length_unit!r}; {said}")
     bodies = build_bodies(read_scene(scene))
     if not bodies:
         raise GeometryError(

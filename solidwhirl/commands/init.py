@@ -13,7 +13,7 @@ import typer
 
 from solidwhirl.commands.options import completing, examples, refuse_unwritable
 from solidwhirl.console.guard import guarded
-from solidwhirl.core.errors import OutputError, writing
+from solidwhirl.core.errors import OutputError, choice, writing
 
 #: Kinds of scenes, each a file in `templates`, and what they are.
 KINDS = {
@@ -50,9 +50,9 @@ def init(
     def work() -> None:
         write_scene(file, kind, replace=force)
         typer.echo(f"written: {file}")
-        shown, out = shlex.quote(str(file)), shlex.quote(f"out/{file.stem}")
+        shown = shlex.quote(str(file))
         typer.echo(f"look:    solidwhirl plan {shown}")
-        typer.echo(f"run:     solidwhirl run {shown} --out {out}")
+        typer.echo(f"run:     solidwhirl run {shown}")
 
     guarded(file, work)
 
@@ -63,7 +63,7 @@ def write_scene(file: Path, kind: str, *, replace: bool) -> None:
     Raises OutputError: no such kind, the file is there, or can't be written.
     """
     if kind not in KINDS:
-        raise OutputError(f"--kind: found {kind!r}, allowed are {', '.join(KINDS)}")
+        raise OutputError(f"--kind: found {kind!r}; {choice(kind, list(KINDS))}")
     name = file.stem if _NAME.fullmatch(file.stem) else kind
     if file.exists() and not replace:
         raise OutputError(f"{file}: is there already; --force replaces it")

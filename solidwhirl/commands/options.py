@@ -90,7 +90,18 @@ def completing(allowed: tuple[str, ...]) -> Any:
     return complete
 
 
+def out_folder(given: Path | None, scene: Path) -> Path:
+    """Return the folder that was given, else `out/NAME` of a scene file `NAME.toml`."""
+    return Path("out", scene.stem) if given is None else given
+
+
 SceneFile = Annotated[Path, typer.Argument(metavar="SCENE.toml", help="The scene file.")]
+Out = Annotated[
+    Path | None,
+    typer.Option(
+        "--out", metavar="DIR", help="Folder of the results; out/NAME of a scene file NAME.toml."
+    ),
+]
 Level = Annotated[
     str | None,
     typer.Option(
@@ -155,7 +166,7 @@ def _without_recoveries(scene: Scene) -> Scene:
     left = [a.label for a in scene.analyses if a.kind == "recovery" and recovers_beams(scene, a)]
     if left:
         said = f"--level beam leaves out {', '.join(left)}: beams have no stress to recover"
-        typer.echo(f"warning: {said}", err=True)
+        typer.secho(f"warning: {said}", fg="yellow", err=True)
     kept = tuple(a for a in scene.analyses if a.label not in left)
     return scene.model_copy(update={"analyses": kept})
 

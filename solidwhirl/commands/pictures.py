@@ -13,7 +13,8 @@ import typer
 from solidwhirl.commands import options
 from solidwhirl.console.guard import guarded
 from solidwhirl.console.terminal import telling
-from solidwhirl.core.errors import OutputError, writing
+from solidwhirl.core.errors import OutputError, choice, writing
+from solidwhirl.core.errors import unknown as unknown_name
 from solidwhirl.core.stages import Progress
 from solidwhirl.files import picture_index
 from solidwhirl.files.picture_index import Draw, Picture
@@ -37,7 +38,7 @@ class PictureOptions:
     """What `pictures` takes."""
 
     scene: options.SceneFile
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the run, or a new one.")]
+    out: options.Out = None
     formats: Annotated[
         str,
         typer.Option(metavar="LIST", help="Of pdf, svg, png, gif and mp4, with commas between."),
@@ -65,11 +66,12 @@ def pictures(asked: PictureOptions) -> None:
 
     def work() -> None:
         scene = options.chosen_scene(asked.scene, asked.level, asked.accuracy)
-        options.refuse_unwritable(asked.out)
+        out = options.out_folder(asked.out, asked.scene)
+        options.refuse_unwritable(out)
         with telling(asked.quiet) as progress:
             done = pictures_command(
                 scene,
-                asked.out,
+                out,
                 progress,
                 formats=asked.formats,
                 only=asked.only or (),
@@ -151,7 +153,7 @@ def chosen_formats(text: str) -> tuple[str, ...]:
     unknown = [part for part in asked if part not in FORMATS]
     if unknown or not asked:
         what = f"unknown {unknown[0]!r}" if unknown else "no format"
-        raise OutputError(f"--formats: {what}; known are {', '.join(FORMATS)}")
+        raise OutputError(f"--formats: {what}; {choice((unknown or [''])[0], FORMATS)}")
     return asked
 
 
@@ -162,8 +164,8 @@ def chosen_pictures(pictures: Sequence[Picture], only: Sequence[str]) -> tuple[P
     """
     for pattern in only:
         if not any(fnmatchcase(p.name, pattern) for p in pictures):
-            known = ", ".join(p.name for p in pictures)
-            raise OutputError(f"--only: no picture is called {pattern!r}; there are {known}")
+            known = [p.name for p in pictures]
+            raise OutputError(f"--only: {unknown_name('picture', pattern, known)}")
     return tuple(p for p in pictures if not only or any(fnmatchcase(p.name, o) for o in only))
 
 

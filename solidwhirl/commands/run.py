@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import click
 import typer
 
 from solidwhirl.commands import options
@@ -21,7 +20,7 @@ if TYPE_CHECKING:
     from solidwhirl.scene.records import Scene
 
 EXAMPLES = options.examples(
-    "solidwhirl run scenes/laval.toml --out out/laval",
+    "solidwhirl run scenes/laval.toml",
     "solidwhirl run scenes/laval.toml --out out/laval --level beam --pictures",
     "solidwhirl run scenes/laval.toml --out out/quick --quiet",
     "solidwhirl run scenes/laval.toml --out out/laval --json",
@@ -32,8 +31,9 @@ EXAMPLES = options.examples(
 class RunOptions:
     """What `run` takes."""
 
+    context: typer.Context
     scene: options.SceneFile
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the results.")]
+    out: options.Out = None
     level: options.Level = None
     accuracy: options.Accuracy = None
     store: options.Store = None
@@ -43,9 +43,14 @@ class RunOptions:
     as_json: options.AsJson = False
 
     @property
+    def folder(self) -> Path:
+        """Where the results go."""
+        return options.out_folder(self.out, self.scene)
+
+    @property
     def command(self) -> str:
         """The command line whose results are the same."""
-        words = ["solidwhirl", "run", str(self.scene), "--out", str(self.out)]
+        words = ["solidwhirl", "run", str(self.scene), "--out", str(self.folder)]
         words += ["--level", self.level] if self.level is not None else []
         words += ["--accuracy", f"{self.accuracy:g}"] if self.accuracy is not None else []
         return shlex.join(words)
@@ -55,8 +60,8 @@ class RunOptions:
 def run(asked: RunOptions) -> None:
     """Run a scene from geometry to Campbell plot.
 
-    Writes report.html, report.md, results.json, bodies/ and meshes/ into the folder. A
-    run that was broken off goes on from its last complete stage.
+    Writes report.html, report.md, results.json, bodies/ and meshes/ into the folder. An
+    interrupted run resumes from its last completed stage.
     Under mpirun the bodies of level solid are reduced on all ranks.
     The exit code is 3 if a check of the results failed, 2 if the scene was refused. Warnings and an
     accuracy that is not met are lines on the error stream, with exit code 0.
@@ -64,7 +69,7 @@ def run(asked: RunOptions) -> None:
 
     def work() -> None:
         scene = options.chosen_scene(asked.scene, asked.level, asked.accuracy)
-        options.refuse_unwritable(asked.out)
+        options.refuse_unwritable(asked.folder)
         from mpi4py import MPI
 
         from solidwhirl.pipeline.run import run_scene
@@ -89,16 +94,9 @@ def _keeps_stages(asked: RunOptions) -> bool:
     if asked.fresh:
         return False
     try:
-        return any((asked.store or asked.out / STAGES).iterdir())
+        return any((asked.store or asked.folder / STAGES).iterdir())
     except OSError:
         return False
-
-
-def _started_s() -> float:
-    """When the program was started [s]: loading it is part of the time that a user waits."""
-    context = click.get_current_context(silent=True)
-    known = None if context is None else context.obj
-    return known if isinstance(known, float) else time.perf_counter()
 
 
 def _run_on_first_rank(scene: Scene, asked: RunOptions) -> None:
@@ -107,22 +105,24 @@ def _run_on_first_rank(scene: Scene, asked: RunOptions) -> None:
     from solidwhirl.core.check_report import failed
     from solidwhirl.scene.sweep import nominal_text
 
-    started = _started_s()
+    # loading the program is part of the time that a user waits
+    known = asked.context.obj
+    started = known if isinstance(known, float) else time.perf_counter()
     if scene.sweep is not None and not asked.quiet:
         typer.echo(nominal_text(str(asked.scene), scene.sweep), err=True)
     results, document = _written(scene, asked)
     told = summary.summary_document(
-        results, document, asked.out, seconds=time.perf_counter() - started
+        results, document, asked.folder, seconds=time.perf_counter() - started
     )
     if asked.as_json:
         print_document(told)
     elif not asked.quiet:
         summary.print_summary(results, told)
+    # those of the scene were said when the run began
     lines = [f"warning: {doubt.message}" for doubt in results.doubts] if asked.quiet else []
-    if asked.quiet or asked.as_json:  # else the summary has them
-        lines += summary.doubt_lines(results)
-    for line in (*lines, *summary.warning_lines(results, document)):
-        typer.echo(line, err=True)
+    lines += [*summary.doubt_lines(results), *summary.warning_lines(results, document)]
+    for line in lines:
+        typer.secho(line, fg="yellow", err=True)
     if failed(results.checks):
         raise typer.Exit(3)
 
@@ -138,7 +138,7 @@ def _written(scene: Scene, asked: RunOptions) -> tuple[Results, dict[str, Any]]:
     from solidwhirl.pipeline.run import run_scene
 
     progress = RunProgress(quiet=asked.quiet, pictures=asked.pictures)
-    with progress, claimed(asked.out) as folder:
+    with progress, claimed(asked.folder) as folder:
         refuse_foreign_results(folder)
         kept = (open_fresh_store if asked.fresh else open_store)(asked.store or folder / STAGES)
         kept.clear_leftovers()

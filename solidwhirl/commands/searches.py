@@ -20,7 +20,10 @@ IDENTIFY_EXAMPLES = examples("solidwhirl identify scenes/identify/uhbr_fan.toml 
 
 def study(
     scene: SceneFile,
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the results.")],
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder of the results; out/study/NAME without."),
+    ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="A small matrix of settings.")] = False,
     peers: Annotated[
         Path | None,
@@ -34,16 +37,17 @@ def study(
     """
 
     def work() -> None:
-        refuse_unwritable(out)
+        folder = Path("out", "study", scene.stem) if out is None else out
+        refuse_unwritable(folder)
         from solidwhirl.study.report import PICTURE, REPORT
         from solidwhirl.study.run import study_command
 
         with telling(quiet) as progress:
-            found = study_command(scene, out, progress, quick=quick, peers=peers)
+            found = study_command(scene, folder, progress, quick=quick, peers=peers)
         if quiet:
             return
-        typer.echo(f"picture: {out / PICTURE}")
-        typer.echo(f"table: {out / REPORT}")
+        typer.echo(f"picture: {folder / PICTURE}")
+        typer.echo(f"table: {folder / REPORT}")
         done, failed, skipped = found.counts
         typer.echo(f"{done} cases, {failed} failed, {skipped} skipped")
 
@@ -52,27 +56,33 @@ def study(
 
 def identify(
     problem: Annotated[Path, typer.Argument(metavar="PROBLEM.toml", help="The problem file.")],
-    out: Annotated[Path, typer.Option(metavar="SCENE.toml", help="The scene file to write.")],
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="SCENE.toml", help="The scene file to write; out/PROBLEM.toml without."
+        ),
+    ] = None,
     quiet: Quiet = False,
 ) -> None:
-    """Find numbers of a scene that nobody gives from masses and frequencies that are known.
+    """Identify unknown scene parameters from known masses and frequencies.
 
     Writes the scene with the values found, and a record of how well the data determine them.
-    A search that was broken off goes on where it stopped.
+    An interrupted search resumes where it stopped.
     """
 
     def work() -> None:
-        refuse_unwritable(out.parent)
+        file = Path("out", problem.name) if out is None else out
+        refuse_unwritable(file.parent)
         from solidwhirl.identify.record import missed_lines, value_lines
         from solidwhirl.identify.run import REPORT, identify_command
 
         with telling(quiet) as progress:
-            found = identify_command(problem, out, progress)
+            found = identify_command(problem, file, progress)
         if not quiet:
             for line in value_lines(found):
                 typer.echo(line)
-            typer.echo(f"scene: {out}")
-            typer.echo(f"record: {out.with_suffix(REPORT)}")
+            typer.echo(f"scene: {file}")
+            typer.echo(f"record: {file.with_suffix(REPORT)}")
         if not found.met:
             typer.echo(f"targets that are not met: {', '.join(missed_lines(found))}", err=True)
             raise typer.Exit(1)

@@ -30,6 +30,8 @@ _COMPILED: Mapping[str, tuple[str, str | None]] = {
     "dolfinx": ("finite elements", "python3-dolfinx"),
     "gmsh": ("meshes", None),
 }
+# Where Python is not Debian's, one wheel has those that do not come from PyPI by themselves.
+_WHEEL = "dolfinx-solver-real"
 # Packages of the extra `pipeline` that runs do without.
 _OPTIONAL = {
     "pyvista": "pictures of solids",
@@ -45,12 +47,16 @@ _LIBRARIES = {
     **{f"libX{name}.so": f"libx{name}1" for name in ("render", "cursor")},
     **{"libXft.so": "libxft2", "libXinerama.so": "libxinerama1"},
 }
-# h5py's HDF5 has to come before that of dolfinx.
+# h5py's HDF5 has to come before that of dolfinx; the wheel puts its libraries in order.
 _PROBE = """
 import contextlib, importlib, sys
 with contextlib.suppress(ImportError):
     import h5py
-importlib.import_module(sys.argv[1])
+with contextlib.suppress(ModuleNotFoundError):
+    import dolfinx_solver
+found = importlib.import_module(sys.argv[1])
+if issubclass(getattr(found, 'ScalarType', float), complex):
+    sys.exit('is compiled for complex numbers; real ones are needed')
 top = sys.modules[sys.argv[1].partition('.')[0]]
 print('version', getattr(top, '__version__', ''))
 """
@@ -94,7 +100,10 @@ def report_lines(found: Sequence[Finding]) -> Iterator[str]:
             yield from ("", title, *(f"  {command}" for command in _merged(commands)))
     yield ""
     if exit_code(found):
-        yield "Something is missing that runs need. On Debian, `make setup` installs all of it."
+        yield (
+            "Something is missing that runs need. On Debian, `make setup` installs all of it; "
+            f"elsewhere, with Python 3.12 or later, `pip install {_WHEEL} '.[pipeline]'` does."
+        )
     else:
         yield "All that runs need is there."
 
@@ -215,6 +224,9 @@ def remedy_for(name: str, package: str | None, why: str) -> str:
     for library, own in _LIBRARIES.items():
         if library in why:
             return apt(own)
+    if "complex numbers" in why:
+        others = "dolfinx-solver dolfinx-solver-complex"
+        return f"{sys.executable} -m pip uninstall {others}; {pip(_WHEEL)}"
     if package is None:
         return pip(next((n + v for n, v in _requirements() if n == name), name))
     hidden = Path("/usr/lib/python3/dist-packages", name).exists()
@@ -223,7 +235,9 @@ def remedy_for(name: str, package: str | None, why: str) -> str:
         inside = sys.prefix != sys.base_prefix and sys.base_prefix == "/usr"
         folder = f"--upgrade {sys.prefix}" if inside else ".venv"
         return f"/usr/bin/python3 -m venv --system-site-packages {folder}"
-    return apt(package)
+    # Debian's packages are for its own Python
+    is_other = sys.base_prefix != "/usr" and sys.version_info >= (3, 12)
+    return pip(_WHEEL) if is_other else apt(package)
 
 
 def _compiler() -> Finding:
@@ -325,8 +339,9 @@ def _comforts() -> Iterator[Finding]:
 
 
 def _program(*names: str) -> str | None:
-    """Path of the first of some programs that is there."""
-    return next((path for name in names if (path := shutil.which(name))), None)
+    """Path of the first of some programs that is there, of this environment or on the path."""
+    places = os.pathsep.join((sysconfig.get_path("scripts"), os.environ.get("PATH", os.defpath)))
+    return next((path for name in names if (path := shutil.which(name, path=places))), None)
 
 
 def _seen(

@@ -67,8 +67,6 @@ def print_summary(results: Results, document: Mapping[str, Any]) -> None:
     for name, outcome in results.analyses.items():
         if outcome.headline and outcome.kind not in _ANSWERED:
             console.print(Text(f"{name}: {outcome.headline}"))
-    for line in doubt_lines(results):
-        console.print(Text(line, style="yellow"))
     console.print(Text(f"checks: {checks_line(results.checks)}"))
     computing = duration_text(document["computing_seconds"])
     spent, memory = duration_text(document["seconds"]), f"{document['peak_memory_gib']:.2f} GiB"

@@ -15,11 +15,14 @@ from pydantic import (
     ConfigDict,
     Field,
     GetCoreSchemaHandler,
+    ValidationError,
     ValidationInfo,
+    ValidatorFunctionWrapHandler,
     WithJsonSchema,
+    WrapValidator,
 )
 from pydantic.fields import FieldInfo
-from pydantic_core import CoreSchema, core_schema
+from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError, core_schema
 
 # strict: whole numbers stand for floats, but texts and true or false for no number
 # far beyond every rotor, and far from where products of a few numbers overflow
@@ -70,23 +73,73 @@ def _switch(value: Any) -> Any:
     return {True: "on", False: "off"}.get(value, value) if isinstance(value, bool) else value
 
 
-def _pair(value: Any) -> Any:
+_Handler = ValidatorFunctionWrapHandler
+_Keys = tuple[int | str, ...]
+
+
+def validated_at(handler: Callable[[Any], Any], value: Any, place: Callable[[_Keys], _Keys]) -> Any:
+    """Validate what a value of a file stands for; what is wrong with it is told once, in the file.
+
+    `place`: keys in the file, by those in what stands for it.
+    """
+    try:
+        return handler(value)
+    except ValidationError as error:
+        told: dict[_Keys, InitErrorDetails] = {}
+        for one in error.errors(include_url=False):
+            # as a kind of its own, since others than pydantic's can't be made anew by their name
+            code: Any = one["type"]
+            said: Any = {**one.get("ctx", {}), "said": one["msg"]}
+            kind = PydanticCustomError(code, "{said}", said)
+            keys = place(one["loc"])
+            told.setdefault(keys, InitErrorDetails(type=kind, loc=keys, input=one["input"]))
+        raise ValidationError.from_exception_data(error.title, [*told.values()]) from None
+
+
+def _refuse_shape(value: Any, allowed: str) -> None:
+    """Refuse what is no number and no list; TOML's dates and texts, true and tables."""
+    raise PydanticCustomError("shape", "{allowed} is needed", {"allowed": allowed})
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _pair(value: Any, handler: _Handler) -> Any:
     """A number stands for the same value at both ends."""
-    return (value, value) if isinstance(value, int | float) else value
+    if _is_number(value):
+        return validated_at(handler, (value, value), lambda keys: ())
+    if not (isinstance(value, list | tuple) and len(value) == 2):
+        _refuse_shape(value, "a number, or a pair of them at the two ends,")
+    return handler(value)
 
 
-def several(value: Any) -> Any:
+def several(value: Any, handler: _Handler) -> Any:
     """A number stands for a list of one."""
-    return (value,) if isinstance(value, int | float) else value
+    if _is_number(value):
+        return validated_at(handler, (value,), lambda keys: ())
+    if not isinstance(value, list | tuple):
+        _refuse_shape(value, "a number or a list of numbers")
+    return handler(value)
 
 
-def _matrix(value: Any) -> Any:
+def _matrix(value: Any, handler: _Handler) -> Any:
     """A number k is k·I, a pair (kx, ky) is diagonal, a 2×2 list stands for itself."""
-    if isinstance(value, int | float):
-        return ((value, 0.0), (0.0, value))
-    if isinstance(value, list) and len(value) == 2 and not isinstance(value[0], list):
-        return ((value[0], 0.0), (0.0, value[1]))
-    return value
+    return _of_matrix(value, handler, "a number k, a pair [kx, ky] or [[kxx, kxy], [kyx, kyy]]")
+
+
+def _of_matrix(value: Any, handler: _Handler, allowed: str) -> Any:
+    if _is_number(value):
+        return validated_at(handler, ((value, 0.0), (0.0, value)), lambda keys: ())
+    if not (isinstance(value, list | tuple) and len(value) == 2):
+        _refuse_shape(value, allowed)
+    rows = [isinstance(row, list | tuple) for row in value]
+    if not any(rows):
+        diagonal = ((value[0], 0.0), (0.0, value[1]))
+        return validated_at(handler, diagonal, lambda keys: keys[:1])
+    if not all(rows) or any(len(row) != 2 for row in value):
+        _refuse_shape(value, allowed)
+    return handler(value)
 
 
 def _one_line(value: str) -> str:
@@ -120,13 +173,14 @@ def _file_name(value: str) -> str:
     return value
 
 
-def _tilt_matrix(value: Any) -> Any:
+def _tilt_matrix(value: Any, handler: _Handler) -> Any:
     """A matrix on ux and uy, or one of four by four with the tilts as well."""
     if isinstance(value, list | tuple) and len(value) == 4:
         if not all(isinstance(row, list | tuple) and len(row) == 4 for row in value):
             raise ValueError("four rows of four numbers each are needed, on ux, uy, rx and ry")
-        return value
-    return _matrix(value)
+        return handler(value)
+    two = "a number k, a pair [kx, ky], [[kxx, kxy], [kyx, kyy]], or four rows of four numbers,"
+    return _of_matrix(value, handler, two)
 
 
 def _beside_scene(value: str, info: ValidationInfo) -> str:
@@ -158,30 +212,30 @@ _ANY = {"type": "number"}
 _TWO = {"type": "array", "items": _ANY, "minItems": 2, "maxItems": 2}
 Radii = Annotated[
     tuple[NotNegative, NotNegative],
-    BeforeValidator(_pair),
+    WrapValidator(_pair),
     WithJsonSchema({"anyOf": [{**_ANY, "minimum": 0}, _TWO]}),
 ]
 PositiveEnds = Annotated[
     tuple[Positive, Positive],
-    BeforeValidator(_pair),
+    WrapValidator(_pair),
     WithJsonSchema({"anyOf": [{**_ANY, "exclusiveMinimum": 0}, _TWO]}),
 ]
 _Stagger = Annotated[float, Field(ge=-180, le=180, allow_inf_nan=False, strict=True)]
 StaggerEnds = Annotated[
     tuple[_Stagger, _Stagger],
-    BeforeValidator(_pair),
+    WrapValidator(_pair),
     WithJsonSchema({"anyOf": [{**_ANY, "minimum": -180, "maximum": 180}, _TWO]}),
 ]
 Matrix = Annotated[
     tuple[tuple[Finite, Finite], tuple[Finite, Finite]],
-    BeforeValidator(_matrix),
+    WrapValidator(_matrix),
     WithJsonSchema({"anyOf": [_ANY, _TWO, {**_TWO, "items": _TWO}]}),
 ]
 _FOUR = {"type": "array", "items": _ANY, "minItems": 4, "maxItems": 4}
 #: On (ux, uy), or on (ux, uy, rx, ry)
 TiltMatrix = Annotated[
     tuple[tuple[Finite, ...], ...],
-    BeforeValidator(_tilt_matrix),
+    WrapValidator(_tilt_matrix),
     WithJsonSchema({"anyOf": [_ANY, _TWO, {**_TWO, "items": _TWO}, {**_FOUR, "items": _FOUR}]}),
 ]
 ZERO_MATRIX = ((0.0, 0.0), (0.0, 0.0))
@@ -191,6 +245,10 @@ class Record(BaseModel):
     """Base of all scene records: frozen, no unknown keys."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=False, defer_build=True)
+
+    def __eq__(self, other: object) -> bool:
+        """Whether both say the same; where in a file it stood is no part of that."""
+        return type(self) is type(other) and self.__dict__ == other.__dict__
 
 
 def keys_of(record: type[BaseModel]) -> dict[str, FieldInfo]:

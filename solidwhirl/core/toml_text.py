@@ -6,9 +6,10 @@ import json
 import re
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
+#: A name in a key, as a pattern.
+KEY = r"""(?:[A-Za-z0-9_-]+|"(?:[^"\\\n]|\\.)*"|'[^'\n]*')"""
 # Keys joined by more dots than any table has levels; the time to read them grows with their square.
-_KEY = r"""(?:[A-Za-z0-9_-]+|"(?:[^"\\\n]|\\.)*"|'[^'\n]*')"""
-_LONG_KEY = re.compile(rf"(?:\.[ \t]*{_KEY}[ \t]*){{16}}")
+_LONG_KEY = re.compile(rf"(?:\.[ \t]*{KEY}[ \t]*){{16}}")
 #: What to say of such a key.
 LONG_KEY = "a key of more than 16 names joined by dots"
 

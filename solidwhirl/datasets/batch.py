@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from solidwhirl.batch.journal import JOURNAL
 from solidwhirl.batch.table import TABLE, read_batch
 from solidwhirl.core.plain_data import Labelled
 from solidwhirl.datasets.parts import labelled
+from solidwhirl.files.run_folder import JOURNAL
 from solidwhirl.sweep.records import BatchRow
 
 _TEXTS = ("scene", "status", "message")

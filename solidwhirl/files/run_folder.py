@@ -16,7 +16,7 @@ from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path, PurePosixPath
 
-from solidwhirl.core.errors import OutputError, writing
+from solidwhirl.core.errors import OutputError, clean, writing
 from solidwhirl.files.locks import lock_file, release
 from solidwhirl.files.picture_index import pictures_listed
 from solidwhirl.rotordyn.core.atomic import replace_text
@@ -24,6 +24,8 @@ from solidwhirl.rotordyn.core.atomic import replace_text
 MANIFEST = "SHA256SUMS"
 #: Where a run keeps its stages if it is not told another place.
 STAGES = ".stages"
+#: Rows of a batch, whose folder is none of a run.
+JOURNAL = "batch.jsonl"
 #: The scene of a run as it was run, options of the command line in it.
 SCENE = "scene.json"
 # A file that a whole run always has; it is moved into place last.
@@ -33,6 +35,8 @@ _BEGINNING = re.compile(rb'\s*\{\s*"schema":\s*"solidwhirl-results-')
 _REPORTED = (_LAST, "report.md", "report.html")
 _LOCK, _MOVING, _SCRATCH = ".lock", ".moving", ".writing-"
 _HOLDER = b"process "
+# What is in every folder that runs, batches or their pictures have written, half-written ones too.
+_OURS = (MANIFEST, STAGES, JOURNAL, _LOCK, _MOVING)
 # Names of half-written files of this program.
 _TEMPORARY = re.compile(r"\..*[0-9a-f]{32}\.tmp|\.[0-9]+-probe\.tmp")
 _LINE = re.compile(r"([0-9a-f]{64}) [ *](.+)")
@@ -48,11 +52,13 @@ def claimed(out: str | Path, within: Path | None = None) -> Iterator[Path]:
     `within`: folder of a batch that this is a case of; None: of none, and no folder above may be
     claimed.
     A folder that was made for it and is still empty after it is removed.
-    Raises OutputError: another process has the folder or one above it, or it can't be written.
+    Raises OutputError: another process has the folder or one above it, it can't be written, or it
+    is neither empty nor one that this program wrote.
     """
     out = Path(out)
     if within is None:
         _refuse_claimed_above(out)
+        refuse_occupied(out)
     missing = [p for p in (out, *out.parents) if not p.exists()]
     with writing(out):
         out.mkdir(parents=True, exist_ok=True)
@@ -65,6 +71,25 @@ def claimed(out: str | Path, within: Path | None = None) -> Iterator[Path]:
         with contextlib.suppress(OSError):
             for folder in missing:
                 folder.rmdir()
+
+
+def refuse_occupied(out: Path, ours: Iterable[str] = _OURS) -> None:
+    """Refuse a folder with files of others in it, such as the root of the system.
+
+    `ours`: names of which one is in every folder that this program has written.
+    Raises OutputError: it is not empty and has none of them.
+    """
+    if not out.is_dir() or any(os.path.lexists(out / name) for name in ours):
+        return  # if not ours after all, told by what looks at the files themselves
+    if _begins_as_results(out / _LAST) or pictures_listed(out):
+        return
+    with writing(out):
+        others = sorted(p.name for p in out.iterdir() if not p.name.startswith(_SCRATCH))
+    if others:
+        some = ", ".join(others[:3]) + (", ..." if len(others) > 3 else "")
+        raise OutputError(
+            clean(f"{out}: is not empty ({some}) and no run wrote it; choose a new folder")
+        )
 
 
 def holder_of(folder: Path) -> str:
@@ -250,6 +275,8 @@ def refuse_foreign_results(out: Path) -> None:
     """
     if os.path.lexists(out / MANIFEST) and not _is_of_a_run(out / MANIFEST):
         raise _foreign(out / MANIFEST)
+    if os.path.lexists(out / JOURNAL):
+        raise OutputError(f"{out}: is the folder of a batch; choose another one for a run")
     _refuse_in_the_way(out, _REPORTED, _written_before(out))
     for name in ("bodies", "meshes", STAGES):
         folder = out / name

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from itertools import combinations, permutations
 
 from solidwhirl import geometry as geo
-from solidwhirl.core.errors import clean
+from solidwhirl.core.errors import choice, clean
 from solidwhirl.scene.records import BodySpec, InterfaceSpec, Scene, StageGroupSpec
 
 
@@ -100,7 +100,7 @@ def known_material(
         raise geo.GeometryError(f"{where}: no material; give it or the body one")
     if name not in materials:
         raise geo.GeometryError(
-            f"{where}: unknown material {name!r}; known are {', '.join(sorted(materials))}"
+            f"{where}: unknown material {name!r}; {choice(name, sorted(materials))}"
         )
     return materials[name]
 

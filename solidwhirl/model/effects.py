@@ -255,7 +255,7 @@ def _damped_joints(scene: Scene) -> list[str]:
 def _estimates(scene: Scene, asymmetric: list[str], *, meshed: bool) -> tuple[Effect, ...]:
     """Error estimates, the comparison of couplings shown beside them, and the checks."""
     asked = scene.model.estimates == "on"
-    why = "every number gets an error" if asked else "the scene says off"
+    why = "frequencies, critical speeds and peaks get one" if asked else "the scene says off"
     if not meshed:
         why = "there is no meshed body"
     estimate = Effect(
@@ -372,9 +372,9 @@ def _refuse_static(scene: Scene, where: str, analysis: StaticSpec, asymmetric: l
 
 def _asymmetry(names: list[str]) -> Effect:
     """Bodies that bend unlike in two planes."""
-    why = "every body that turns is the same in all directions"
+    why = "all rotors are axisymmetric"
     if names:
-        why = f"{', '.join(names)} bend unlike in two planes: computed in the frame of the body"
+        why = f"{', '.join(names)} asymmetric: computed in the rotating frame"
     return Effect(
         name="asymmetry",
         on=bool(names),

@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 
 from solidwhirl.core.blocks import Part, Table
 from solidwhirl.core.errors import markdown_cell, markdown_text
-from solidwhirl.core.warnings import Doubt
 from solidwhirl.cost.analyses import AnalysisCost
 from solidwhirl.cost.effects import EffectCost
 from solidwhirl.cost.forecast import Forecast
@@ -26,23 +25,33 @@ class Costs(NamedTuple):
     effects: Mapping[str, EffectCost]
 
 
-def plan_parts(plan: Plan, doubts: Iterable[Doubt] = (), costs: Costs | None = None) -> list[Part]:
-    """The plan as tables, after warnings about the scene; `costs`: of its parts."""
-    said = [doubt.message for doubt in doubts]
-    parts: list[Part] = ["Warnings:", said] if said else []
-    parts.append(_effects_table(plan, costs))
+def brief_parts(plan: Plan, expected: Forecast) -> list[Part]:
+    """What is computed and left out, on which level, and how long all of it takes."""
+    parts: list[Part] = [
+        Table(
+            head=("effect", "", "why"),
+            rows=[(e.name, "on" if e.on else "off", e.why) for e in plan.effects],
+        )
+    ]
+    if plan.bodies:
+        rows = [(name, b.level, _resolution(b.resolution)[-1]) for name, b in plan.bodies.items()]
+        parts.append(Table(head=("body", "level", "expected error"), rows=rows))
+    if plan.analyses:
+        parts.append(_analyses_table(plan, None))
+    parts += _speeds_beyond(plan)
+    seconds, memory = seconds_text(expected.seconds), memory_text(expected.peak_memory_gib)
+    took = f"About {seconds} s of one core and {memory} GiB; --costs says of what."
+    return [*parts, took]
+
+
+def plan_parts(plan: Plan, costs: Costs | None = None) -> list[Part]:
+    """The plan as tables; `costs`: of its parts."""
+    parts: list[Part] = [_effects_table(plan, costs)]
     if plan.bodies:
         parts.append(_bodies_table(plan))
     if plan.analyses:
         parts.append(_analyses_table(plan, costs))
-    if plan.speeds_beyond:
-        fastest = float(plan.speeds_rad_s.max()) * RPM_PER_RAD_S
-        rows = [(a.analysis, f"{a.speed_rpm:.6g}", a.source) for a in plan.speeds_beyond]
-        parts += [
-            f"Speeds above {fastest:.6g} rpm, where [speeds] ends; the bodies are made for these:",
-            Table(head=("analysis", "to [rpm]", "which is"), rows=rows),
-        ]
-    return parts
+    return [*parts, *_speeds_beyond(plan)]
 
 
 def accuracy_text(scene: Scene) -> str:
@@ -53,9 +62,20 @@ def accuracy_text(scene: Scene) -> str:
     return f"{asked:g}"
 
 
-def plan_text(plan: Plan, doubts: Iterable[Doubt] = ()) -> str:
-    """The plan as Markdown, after warnings about the scene."""
-    return "\n\n".join(map(_markdown, plan_parts(plan, doubts)))
+def _speeds_beyond(plan: Plan) -> list[Part]:
+    if not plan.speeds_beyond:
+        return []
+    fastest = float(plan.speeds_rad_s.max()) * RPM_PER_RAD_S
+    rows = [(a.analysis, f"{a.speed_rpm:.6g}", a.source) for a in plan.speeds_beyond]
+    return [
+        f"Speeds above {fastest:.6g} rpm, where [speeds] ends; the bodies are made for these:",
+        Table(head=("analysis", "to [rpm]", "which is"), rows=rows),
+    ]
+
+
+def plan_text(plan: Plan) -> str:
+    """The plan as Markdown."""
+    return "\n\n".join(map(_markdown, plan_parts(plan)))
 
 
 def _markdown(part: Part) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING
 
-from solidwhirl.core.errors import OutputError
+from solidwhirl.core.errors import OutputError, meant
 
 if TYPE_CHECKING:
     from solidwhirl.scene.records import Scene
@@ -39,7 +39,8 @@ def refuse_unknown_names(scene: Scene, only: Sequence[str], modes: int) -> None:
             known += [f"{kind}_K and {kind}_K_film, K = 1 to {modes}" for kind in kinds if modes]
             known += [f"{label}..." for label in begins]
             raise OutputError(
-                f"--only: no picture is called {pattern!r}; there may be {', '.join(known)}"
+                f"--only: no picture {pattern!r}; {meant(pattern, [*names, *begins])}"
+                f"there may be {', '.join(known)}"
             )
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import resources
 from typing import TYPE_CHECKING
@@ -89,8 +89,10 @@ def implausible(scene: Scene, bodies: Mapping[str, Body]) -> tuple[Doubt, ...]:
     imported = {name: imported_element(name, spec) for name, spec in scene.imported.items()}
     for name, element in imported.items():
         found += _imported_doubts(f"imported.{name}", element)
-    for k, bearing in enumerate(scene.bearings):
-        found += _stiffness_doubts(f"bearings[{k}]", bearing)
+    for name, law in scene.speed_laws.items():
+        found += _assumed_doubts(name, law.assumed if isinstance(law, AbsoluteLaw) else ())
+    for bearing in scene.bearings:
+        found += _stiffness_doubts(bearing.key, bearing)
     masses = {s.name: s.mass_kg for s in shapes}
     masses |= {name: body.mass_kg for name, body in scene.rigid_bodies.items()}
     # a body that is fixed to the ground does not hang on its bearings
@@ -100,7 +102,18 @@ def implausible(scene: Scene, bodies: Mapping[str, Body]) -> tuple[Doubt, ...]:
     found += _fast_bodies(scene, [s.name for s in shapes])
     found += _operating_doubts(scene)
     found += mesh_doubts(scene)
-    return tuple(found)
+    return tuple(dict.fromkeys(found))
+
+
+def _assumed_doubts(law: str, assumed: Sequence[str]) -> Iterator[Doubt]:
+    """Tables of one direction that stand for both; without cross terms many are."""
+    for said in (text for text in assumed if "yy" in text):
+        yield Doubt(
+            key=f"speed_laws.{law}.file",
+            found=said,
+            usual="columns of both directions, and of cross terms",
+            mistake="The same in x and y on purpose? Then this is as it should be.",
+        )
 
 
 def _first(*judged: tuple[Usual, str, float]) -> list[Doubt]:
@@ -222,14 +235,14 @@ def _sag_doubts(scene: Scene, masses: Mapping[str, float]) -> Iterator[Doubt]:
     tables = {name for name, law in scene.speed_laws.items() if isinstance(law, AbsoluteLaw)}
     for name, mass in masses.items():
         joints = [
-            (k, b)
-            for k, b in enumerate(scene.bearings)
+            b
+            for b in scene.bearings
             if name in (b.first.partition(".")[0], b.second.partition(".")[0])
         ]
-        free = any({"ux", "uy"} & set(b.rigid) or b.speed_law in tables for _, b in joints)
-        total = sum(max(b.stiffness_n_per_m[0][0], b.stiffness_n_per_m[1][1]) for _, b in joints)
+        free = any({"ux", "uy"} & set(b.rigid) or b.speed_law in tables for b in joints)
+        total = sum(max(b.stiffness_n_per_m[0][0], b.stiffness_n_per_m[1][1]) for b in joints)
         if not free and total > 0.0:
-            key = f"bearings[{joints[0][0]}].stiffness_n_per_m"
+            key = f"{joints[0].key}.stiffness_n_per_m"
             yield from USUAL["sag"].doubts(key, mass * _GRAVITY / total, total, name, mass)
 
 

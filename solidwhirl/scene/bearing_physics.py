@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, PrivateAttr, field_validator, model_validator
 
 from solidwhirl.core.fields import MOST, Count, Finite, Motion, NotNegative, Positive, Record
 from solidwhirl.rotordyn.bearings.speed_tables import SpeedTable, tabulate
@@ -29,6 +29,20 @@ _TABLES = 64
 
 class AbsoluteLaw(Record):
     """Base of the laws that replace a bearing's own coefficients."""
+
+    #: Coefficients that the file of a table does not give, and what they are taken as
+    _assumed: tuple[str, ...] = PrivateAttr(default=())
+
+    @property
+    def assumed(self) -> tuple[str, ...]:
+        """What stands for coefficients that the file of a table does not give."""
+        return self._assumed
+
+    def assuming(self, assumed: tuple[str, ...]) -> Self:
+        """Return the same law with what its reader assumed."""
+        made = self.model_copy()
+        made._assumed = assumed
+        return made
 
     def table(self) -> SpeedTable:
         """Return the coefficients over the speed."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal
 
 from pydantic import (
-    BeforeValidator,
     Field,
     SerializerFunctionWrapHandler,
     WithJsonSchema,
+    WrapValidator,
     model_serializer,
 )
 
@@ -124,7 +124,7 @@ class StageBladesSpec(Record):
     count: Annotated[
         tuple[FeatureCount, ...],
         Field(min_length=1, max_length=MOST),
-        BeforeValidator(several),
+        WrapValidator(several),
         WithJsonSchema({"anyOf": [_COUNT, {"type": "array", "items": _COUNT}]}),
     ]
     length_m: Positive

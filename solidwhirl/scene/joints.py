@@ -6,7 +6,18 @@ from itertools import pairwise
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, ValidationInfo, field_validator, model_validator
+from pydantic import (
+    Field,
+    PrivateAttr,
+    ValidationError,
+    ValidationInfo,
+    ValidatorFunctionWrapHandler,
+    WithJsonSchema,
+    WrapValidator,
+    field_validator,
+    model_validator,
+)
+from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from solidwhirl.core.fields import (
     MOST,
@@ -22,6 +33,7 @@ from solidwhirl.core.fields import (
     Positive,
     Record,
     TiltMatrix,
+    validated_at,
 )
 from solidwhirl.rotordyn.bearings.speed_tables import SpeedTable
 from solidwhirl.scene.bearing_physics import (
@@ -130,12 +142,21 @@ class RigidBodySpec(Record):
         return self
 
 
+_ENDS = ("first", "second", "sensor")
+_OnePlace = {"type": "string", "maxLength": 129}
+#: An end of a bearing; a list in a file, where an entry stands for one bearing at each place.
+BearingEnd = Annotated[
+    EndText,
+    WithJsonSchema({"anyOf": [_OnePlace, {"type": "array", "items": _OnePlace, "minItems": 1}]}),
+]
+
+
 class BearingSpec(Record):
     """A linear bearing between two interfaces, or an interface and the ground."""
 
     name: Name
-    first: EndText
-    second: EndText = "ground"
+    first: BearingEnd
+    second: BearingEnd = "ground"
     stiffness_n_per_m: Matrix = ZERO_MATRIX
     damping_n_s_per_m: Matrix = ZERO_MATRIX
     tilt_stiffness_n_m_per_rad: Matrix = ZERO_MATRIX
@@ -146,8 +167,65 @@ class BearingSpec(Record):
     torsion_damping_n_m_s_per_rad: NotNegative = 0.0
     rigid: Annotated[tuple[Motion, ...], Field(max_length=MOST)] = ()
     speed_law: Name | None = None
-    sensor: EndText | None = None
+    sensor: BearingEnd | None = None
     cross_coupling: Literal["with_spin", "as_given"] = "with_spin"
+    _entry: int = PrivateAttr(default=0)
+
+    @property
+    def key(self) -> str:
+        """Its entry in the scene file, which may stand for bearings at several places."""
+        return f"bearings[{self._entry}]"
+
+
+def _at_places(value: Any, handler: ValidatorFunctionWrapHandler) -> tuple[BearingSpec, ...]:
+    """Put a bearing at each place of the entries that name several.
+
+    Each is called NAME_INTERFACE, by its place in the longest list; NAME_BODY_INTERFACE where
+    interfaces of several bodies have one name.
+    """
+    if not isinstance(value, list | tuple):
+        return handler(value)  # type: ignore[no-any-return]
+    given = [(k, one) for k, entry in enumerate(value) for one in _spread(k, entry)]
+    written = [k for k, _ in given]
+
+    def in_file(keys: tuple[int | str, ...]) -> tuple[int | str, ...]:
+        return (written[int(keys[0])], *keys[1:]) if keys else ()
+
+    found = validated_at(handler, [one for _, one in given], in_file)
+    for spec, entry in zip(found, written, strict=True):
+        spec._entry = entry
+    return tuple(found)
+
+
+def _spread(number: int, entry: Any) -> list[Any]:
+    """The bearings of an entry as tables with one place at each end."""
+    lists = {key: entry[key] for key in _ENDS if isinstance(entry, dict) and key in entry}
+    lists = {key: places for key, places in lists.items() if isinstance(places, list)}
+    if not lists:
+        return [entry]
+    counts = {key: len(places) for key, places in lists.items()}
+    if len({*counts.values()}) > 1 or 0 in counts.values():
+        said = " and ".join(f"{key} has {count}" for key, count in counts.items())
+        problem = PydanticCustomError(
+            "places",
+            "{said} places; allowed is one place, or as many as the others have",
+            {"said": said},
+        )
+        details = InitErrorDetails(type=problem, loc=(number,), input={})
+        raise ValidationError.from_exception_data("bearings", [details])
+    places = next(iter(lists.values()))
+    named = [str(place).partition(".")[2] for place in places]
+    if len(set(named)) < len(named):
+        named = [str(place).replace(".", "_") for place in places]
+    return [
+        entry
+        | {key: own[k] for key, own in lists.items()}
+        | ({"name": f"{entry['name']}_{named[k]}"} if isinstance(entry.get("name"), str) else {})
+        for k in range(len(places))
+    ]
+
+
+Bearings = Annotated[tuple[BearingSpec, ...], Field(max_length=MOST), WrapValidator(_at_places)]
 
 
 class GearSpec(Record):

@@ -46,6 +46,7 @@ from solidwhirl.scene.features import (
 from solidwhirl.scene.imports import ImportedSpec
 from solidwhirl.scene.joints import (
     BeamSpec,
+    Bearings,
     BearingSpec,
     GearSpec,
     InternalDampingSpec,
@@ -329,7 +330,7 @@ class Scene(Record):
     rigid_bodies: dict[FileName, RigidBodySpec] = Field(default_factory=dict, max_length=MOST)
     imported: dict[FileName, ImportedSpec] = Field(default_factory=dict, max_length=MOST)
     mesh_bodies: dict[FileName, MeshBodySpec] = Field(default_factory=dict, max_length=MOST)
-    bearings: Annotated[tuple[BearingSpec, ...], Field(max_length=MOST)] = ()
+    bearings: Bearings = ()
     speed_laws: dict[Name, SpeedLawSpec] = Field(default_factory=dict, max_length=MOST)
     gears: Annotated[tuple[GearSpec, ...], Field(max_length=MOST)] = ()
     speeds: SpeedSpec = SpeedSpec()

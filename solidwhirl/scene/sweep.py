@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field
 
-from solidwhirl.core.errors import repeated
+from solidwhirl.core.errors import choice, repeated
 from solidwhirl.core.fields import MOST, Count, Finite, Name, Record
 
 # Cases of one sweep: far beyond what a cluster computes in a week, and still named in seconds.
@@ -139,7 +139,7 @@ def _parameter_problems(parameter: SweepParameterSpec, method: Method) -> Iterat
 def _superfluous(parameter: SweepParameterSpec, allowed: set[str], why: str) -> Iterator[str]:
     common = {"name", "places", "applies"}
     for key in sorted(parameter.model_fields_set - common - allowed):
-        yield f"{key}: {why}; allowed are {', '.join(sorted(allowed))}"
+        yield f"{key}: {why}; {choice(key, sorted(allowed))}"
 
 
 def _missing(parameter: SweepParameterSpec, keys: tuple[str, ...], for_what: str) -> list[str]:

@@ -52,17 +52,17 @@ def table_law(spec: FileLawSpec) -> TableLawSpec | FrequencyTableLawSpec | LoadT
     found = files.over(files.read_table(Path(spec.file), spec.tag), spec.axis)
     ours = files.turned(files.in_sense_of_spin(found, spec.maker_spin), spec.turned_deg)
     if spec.load_from is None:
-        return next(_records([files.at_load(ours, spec.load_n)], spec.interpolation))
+        one = next(_records([files.at_load(ours, spec.load_n)], spec.interpolation))
+        return one.assuming(ours.assumed)
     loads = () if ours.loads_n is None else tuple(ours.loads_n.tolist())
     if len(loads) < 2:
         many = "one load" if loads else "no column of loads"
         raise TableFileError(ours.source, f"load_from: the table has {many}")
-    return LoadTableLawSpec(
-        kind="load_table",
-        load_from=spec.load_from,
-        load_n=loads,
-        tables=tuple(_records([files.at_load(ours, n) for n in loads], spec.interpolation)),
+    tables = tuple(_records([files.at_load(ours, n) for n in loads], spec.interpolation))
+    over_load = LoadTableLawSpec(
+        kind="load_table", load_from=spec.load_from, load_n=loads, tables=tables
     )
+    return over_load.assuming(ours.assumed)
 
 
 def _records(

@@ -17,7 +17,7 @@ from solidwhirl.analyses.base import Analysis
 from solidwhirl.analyses.registry import KINDS
 from solidwhirl.core.errors import Problem, SceneError, clean, meant
 from solidwhirl.core.fields import keys_of
-from solidwhirl.core.toml_text import LONG_KEY, long_key
+from solidwhirl.core.toml_text import KEY, LONG_KEY, long_key
 from solidwhirl.model.imported_bodies import with_files_read
 from solidwhirl.model.mesh_files import with_mesh_files_read
 from solidwhirl.rotordyn.core.foreign import ForeignError, regular_bytes
@@ -26,6 +26,7 @@ from solidwhirl.scene.sweep import sweep_problems
 from solidwhirl.scene_reading.law_files import with_laws_read
 from solidwhirl.scene_reading.paths import place_problems
 from solidwhirl.scene_reading.references import reference_problems
+from solidwhirl.scene_reading.toml_places import last_token
 
 _MAXIMUM_BYTES = 4_000_000
 _MAXIMUM_PROBLEMS = 100
@@ -40,6 +41,11 @@ _BEHIND_NUMBER = (
     ("Expected '=' after a key", re.compile(r"\d,\d[\w+-]*\s*$"), re.compile("")),
 )
 _COMMA = "; a decimal point is wanted, not a comma"
+# What it says where neither a comma nor the closing bracket follows a value.
+_NO_KEY = "Invalid initial character for a key part"
+_UNCLOSED = {"Unclosed array": "]", "Unclosed inline table": "}"}
+# A line that can only begin a table or assign a key.
+_NEXT_LINE = re.compile(rf"\[+\s*{KEY}[\s\].]|{KEY}[\s.\w-]*=")
 # Whole numbers of more bits than a double can hold are not written out.
 _LONGEST_WHOLE = 1100
 _LONGEST_VALUE = 60
@@ -111,11 +117,35 @@ def _syntax(said: str, text: str) -> tuple[str, str]:
         return said, ""
     said, lines = said[: found.start()], text.split("\n")
     line, at = lines[int(found[1]) - 1] if int(found[1]) <= len(lines) else "", int(found[2]) - 1
+    if said in _UNCLOSED:
+        return _unclosed(said, text, len("\n".join([*lines[: int(found[1]) - 1], line[:at]])))
+    if said == _NO_KEY and line[:at].rstrip().endswith((",", "{")) and line[at : at + 1] in "}#\r":
+        closed = line[at : at + 1] == "}"
+        said += (
+            f"; {'no comma stands before }' if closed else 'an inline table stands on one line'}"
+        )
     is_comma = any(
         words in said and before.search(line[:at]) and behind.match(line[at:])
         for words, before, behind in _BEHIND_NUMBER
     )
     return said + (_COMMA if is_comma else ""), f"{found[1]}:{found[2]}"
+
+
+def _unclosed(said: str, text: str, at: int) -> tuple[str, str]:
+    """What is missing behind the last value before a place, and where that ends."""
+    last = last_token(text, at)
+    if last is None:
+        return said, _place(text[:at])
+    end, value = last
+    closing = _UNCLOSED[said]
+    between, rest = text[end:at], text[at:]
+    if closing == "}" and rest[:1] in ("\n", "\r", "#"):
+        what = "its line ends, and an inline table stands on one line: is the closing } missing"
+    elif not rest or ("\n" in between and closing == "]" and _NEXT_LINE.match(rest)):
+        what = f"is the closing {closing} missing"
+    else:
+        what = "is a comma missing"
+    return f"{said}; {what} after {shown_value(value).strip(chr(39))}?", _place(text[:end])
 
 
 def parse_scene(
@@ -180,6 +210,8 @@ def with_model(scene: Scene, *, level: str | None, accuracy: float | None) -> Sc
     return scene.model_copy(update={"model": type(scene.model).model_validate(model)})
 
 
+# Errors where a number was wanted, and texts that begin with one.
+_OF_NUMBERS, _NUMBER_FIRST = ("float_type", "int_type", "shape"), re.compile(r"\s*[+-]?\.?\d")
 # Why no table of numbers is allowed.
 _ISOTROPIC = {"materials": ": materials are isotropic and the same at all speeds"}
 
@@ -235,6 +267,11 @@ def _explain(error: Any, root: type[BaseModel]) -> str:
         message = "one number is allowed here" + _ISOTROPIC.get(str(location[0]), "")
         found = list(found)
     shown = "" if isinstance(found, dict) else f", found {shown_value(found)}"
+    if kind == "literal_error" and isinstance(found, str):
+        words = re.findall(r"'([^']*)'", str((error.get("ctx") or {}).get("expected", "")))
+        shown += f"; {meant(found, words)}".rstrip("; ")
+    elif kind in _OF_NUMBERS and isinstance(found, str) and _NUMBER_FIRST.match(found):
+        shown += "; a number stands without quotes, and its unit is in the key"
     return f"{where}: {message}{shown}"
 
 

@@ -37,12 +37,12 @@ _SAME_RATIO = 1e-9
 def reference_problems(scene: Scene) -> list[str]:
     """What a scene names and does not have: one line each, which begins with the key."""
     places = scene.places()
-    problems = list(repeated("bearings", [b.name for b in scene.bearings]))
+    problems = list(_repeated_bearings(scene))
     problems += repeated("gears", [g.name for g in scene.gears])
     problems += repeated("analyses", [a.label for a in scene.analyses])
     problems += _alike_analyses([a.label for a in scene.analyses])
-    for k, bearing in enumerate(scene.bearings):
-        where = f"bearings[{k}]"
+    for bearing in scene.bearings:
+        where = bearing.key
         problems += [f"{where}.{text}" for text in _end_problems(bearing, places)]
         problems += [f"{where}.rigid: {text}" for text in _rigid_problems(bearing)]
         problems += [f"{where}.{text}" for text in _law_problems(scene, bearing)]
@@ -51,7 +51,17 @@ def reference_problems(scene: Scene) -> list[str]:
     for k, gear in enumerate(scene.gears):
         problems += [f"gears[{k}].{text}" for text in _gear_problems(scene, gear, places)]
     problems += [*analysis_problems(scene), *_case_problems(scene), *recovery_problems(scene)]
-    return problems or load_problems(scene)
+    return list(dict.fromkeys(problems)) or load_problems(scene)
+
+
+def _repeated_bearings(scene: Scene) -> Iterator[str]:
+    """Entries may stand for several bearings, whose names follow from it."""
+    first: dict[str, str] = {}
+    for bearing in scene.bearings:
+        if bearing.name in first:
+            taken = first[bearing.name]
+            yield f"{bearing.key}.name: {bearing.name!r} is the name of {taken} too"
+        first.setdefault(bearing.name, bearing.key)
 
 
 def _case_problems(scene: Scene) -> Iterator[str]:

@@ -172,6 +172,18 @@ class _Reader:
         return (*path, self._counts[path] - 1) if self._counts.get(path) else path
 
 
+def last_token(text: str, before: int) -> tuple[int, str] | None:
+    """Return where the last value or mark before a place ends, and what it is; lines are none."""
+    found = None
+    for token in _tokens(text):
+        if token.at >= before:
+            break
+        if token.said != "\n":
+            said = token.said[: before - token.at]
+            found = token.at + len(said), said
+    return found
+
+
 def _tokens(text: str) -> Iterator[_Token]:
     at = 0
     while match := _TOKEN.match(text, at):

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 # What is smaller than this is rounding.
 _ZERO = 1e-9
+# ux, uy, rx, ry among the motions of a body.
+_LATERAL = [0, 1, 3, 4]
 # Stiffness of a bearing across the axis, rows of two.
 Lateral = Callable[[Scene, BearingSpec], FloatArray]
 
@@ -49,6 +51,44 @@ def load_problems(scene: Scene) -> list[str]:
         fallen = _weight_problems(scene, spec.gravity_m_per_s2 or (0.0, 0.0, 0.0), free)
         problems += [f"{where}: {text}" for text in fallen]
     return problems
+
+
+def free_lateral_groups(scene: Scene) -> list[tuple[tuple[str, ...], tuple[str, ...], int]]:
+    """Bodies that move together laterally at rest with no joint resisting, before any is computed.
+
+    Each with the bearings that hold it against what does not move, and the number of motions.
+    Bodies are taken as rigid, and imported ones as held; of meshes no height is known.
+    """
+    free = _free_motions(scene, _at_rest)
+    lateral = {name: free.of(name)[_LATERAL] for name in free.names}
+    moving = [name for name, own in lateral.items() if np.abs(own).max(initial=0.0) > _ZERO]
+    joints = [
+        (b.name, {end.partition(".")[0] for end in (b.first, b.second)})
+        for b in scene.bearings
+        if {"ux", "uy", "rx", "ry"} & set(b.rigid)
+        or _at_rest(scene, b).any()
+        or np.any(b.tilt_stiffness_n_m_per_rad)
+    ]
+    meshes = [g for g in scene.gears if g.line_of_action_deg is not None]
+    joints += [(g.name, {end.partition(".")[0] for end in (g.first, g.second)}) for g in meshes]
+    groups: list[set[str]] = []
+    for name in moving:
+        joined = {name}.union(*(ends for _, ends in joints if name in ends)) & set(moving)
+        apart = [group for group in groups if not group & joined]
+        groups = [*apart, joined.union(*(group for group in groups if group & joined))]
+    return [
+        (
+            tuple(name for name in moving if name in group),
+            tuple(n for n, ends in joints if ends & group and ends - set(moving)),
+            _rank(np.vstack([lateral[name] for name in moving if name in group])),
+        )
+        for group in groups
+    ]
+
+
+def _rank(parts: FloatArray) -> int:
+    sizes = np.linalg.svd(parts, compute_uv=False)
+    return int((sizes > _ZERO * sizes.max(initial=0.0)).sum())
 
 
 def refuse_unsupported(scene: Scene, system: AssembledSystem) -> None:

@@ -15,7 +15,7 @@ from solidwhirl.core.errors import UserError, clean, writing
 from solidwhirl.core.machine import available_memory_gib
 from solidwhirl.cost.machine import Machine, this_machine
 from solidwhirl.cost.work import predict_cost
-from solidwhirl.files.run_folder import refuse_foreign
+from solidwhirl.files.run_folder import refuse_foreign, refuse_occupied
 from solidwhirl.model.bodies import build_bodies
 from solidwhirl.model.effects import make_plan
 from solidwhirl.rotordyn.core.atomic import replace_text
@@ -64,6 +64,7 @@ def study_command(
     others = () if peers is None else read_peers(Path(peers))
     if not scene.bodies:
         raise StudyError("a study needs a body with a profile, [bodies.NAME]; the scene has none")
+    refuse_occupied(out, (report.DOCUMENT, "cases"))
     refuse_foreign(out / report.DOCUMENT, '"schema": "solidwhirl-study-', "no study wrote it")
     ladders = QUICK if quick else FULL
     cases = study_cases(scene, ladders)  # a scene that is refused leaves no folder

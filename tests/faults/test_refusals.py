@@ -70,6 +70,9 @@ def test_folders_in_a_file_are_refused(scene, tmp_path, words):
 def test_own_results_are_not_replaced(scene, tmp_path):
     (tmp_path / "results.json").write_text("mine", encoding="utf-8")
     said = refused("run", scene, "--out", ".", "--no-pictures")
+    assert "is not empty (results.json, scene.toml) and no run wrote it" in said
+    (tmp_path / ".stages").mkdir()  # as in the folder of a run
+    said = refused("run", scene, "--out", ".", "--no-pictures")
     assert "results.json: is there already and no run wrote it" in said
     assert (tmp_path / "results.json").read_text(encoding="utf-8") == "mine"
     (tmp_path / "batch.jsonl").write_text("mine\n", encoding="utf-8")
@@ -80,7 +83,7 @@ def test_own_results_are_not_replaced(scene, tmp_path):
 @pytest.mark.solver
 def test_folder_of_a_case_that_runs_is_refused(scene, tmp_path):
     with claimed(tmp_path / "batch" / "rotor"):
-        assert "another run is writing" in refused("batch", scene, "--out", tmp_path / "batch")
+        assert "is not empty (rotor)" in refused("batch", scene, "--out", tmp_path / "batch")
     with claimed(tmp_path / "batch"):
         out = tmp_path / "batch" / "rotor"
         assert "is writing the folder" in refused("run", scene, "--out", out)

@@ -266,10 +266,24 @@ def test_what_no_run_wrote_is_not_replaced(tmp_path, what):
 
 
 def test_temporary_files_of_others_stay(tmp_path):
+    write(tmp_path, NEW)
     (tmp_path / ".mine.tmp").write_text("mine", encoding="utf-8")
     with claimed(tmp_path):
         pass
-    assert content(tmp_path) == {".mine.tmp": "mine"}
+    assert content(tmp_path) == NEW | {".mine.tmp": "mine"}
+
+
+@pytest.mark.parametrize("name", ["notes.txt", "results.json", ".profile", "bodies/shaft.h5"])
+def test_folder_of_others_is_refused_before_anything_is_written(tmp_path, name):
+    """Whatever one file is called; a folder with a lock, a store or a manifest is that of a run."""
+    (tmp_path / name).parent.mkdir(exist_ok=True)
+    (tmp_path / name).write_text("mine", encoding="utf-8")
+    with pytest.raises(OutputError, match="is not empty"), claimed(tmp_path):
+        pass
+    assert content(tmp_path) == {name: "mine"}
+    (tmp_path / ".stages").mkdir()
+    with claimed(tmp_path):
+        pass
 
 
 @pytest.mark.parametrize("damage", [lambda m: m.unlink(), lambda m: m.write_text("0 x\n")])

@@ -7,7 +7,10 @@ import functools
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
+
+import pytest
 
 STAGES = ("geometry", "meshing", "reduction", "rotordyn")
 LIBRARY = {"dolfinx", "ufl", "basix", "ffcx", "petsc4py", "slepc4py"}
@@ -80,6 +83,40 @@ def test_sources_import_stages_with_the_package_and_the_library_in_reduction_alo
         if imported(path) & LIBRARY:
             users.add(path.relative_to(root).parts[0])
     assert users == {"reduction"}
+
+
+# What comes with a package that is asked for, or from Debian or the extra `solver`; and what a
+# written file imports elsewhere, or a function does without.
+COME_ALONG = {
+    *LIBRARY,
+    *("mpi4py", "dolfinx_solver", "pydantic_core", "markupsafe", "PIL"),
+    *("ross", "exudyn", "packaging"),
+}
+
+
+def test_every_package_that_is_imported_is_declared(root):
+    """What a developer's tool brings along hides a missing one."""
+    project = tomllib.loads((root / "pyproject.toml").read_text("utf-8"))["project"]
+    listed = [*project["dependencies"], *project["optional-dependencies"]["pipeline"]]
+    declared = {re.match(r"[\w-]+", line)[0].replace("-", "_") for line in listed}
+    found = {n.strip(",") for path in sources(root, *STAGES, "solidwhirl") for n in imported(path)}
+    assert found - set(sys.stdlib_module_names) - {"solidwhirl"} <= declared | COME_ALONG
+
+
+@pytest.mark.parametrize("words", [["run", "x.toml"], ["--help"]])
+def test_without_the_command_line_s_packages_it_says_what_to_install(words, tmp_path):
+    program = f"import sys\nsys.modules['typer'] = None\nsys.argv = ['solidwhirl', *{words!r}]\n"
+    done = subprocess.run(
+        [sys.executable, "-c", program + "import solidwhirl.__main__ as m\nm.main()"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert (done.returncode, done.stdout) == (2, "")
+    (line,) = done.stderr.splitlines()
+    assert line.startswith("error: ") and "pip install '.[pipeline]'" in line
 
 
 def printed_by(program, folder):

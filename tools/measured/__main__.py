@@ -55,6 +55,7 @@ source states the uncertainty of its measurements.
 *Predicted* is what the scene says; *error* is estimated by the run ([accuracy](accuracy.md)) and
 says nothing of inputs. *Span* is from the lowest to the highest prediction of all readings, widened
 by their errors: measured values inside it need no other explanation than what the source left open.
+How wide it is beside the measured value stands there too: inside a wide span says little.
 """
 
 
@@ -151,7 +152,7 @@ def _span_table(case: Mapping[str, Any], runs: Sequence[Prediction]) -> str:
     """Each mode as measured, as the first reading has it, and the span of all readings."""
     head = (
         "mode | measured [Hz] | predicted [Hz] | error [%] | difference [%] | span [Hz] "
-        "| measured inside"
+        "| measured inside, span [%]"
     )
     low = np.min([r.frequency_hz * (1.0 - r.error) for r in runs], axis=0)
     high = np.max([r.frequency_hz * (1.0 + r.error) for r in runs], axis=0)
@@ -166,7 +167,8 @@ def _span_table(case: Mapping[str, Any], runs: Sequence[Prediction]) -> str:
                 f"{100 * error:.2g}",
                 f"{100 * (ours / measured - 1):+.1f}",
                 f"{low[k]:.4g} to {high[k]:.4g}",
-                "yes" if low[k] <= measured <= high[k] else "no",
+                ("yes, " if low[k] <= measured <= high[k] else "no, ")
+                + f"{100 * (low[k] / measured - 1):+.1f} to {100 * (high[k] / measured - 1):+.1f}",
             )
         )
     return table(head, rows, str)

@@ -27,9 +27,9 @@ def write_ross(element: Superelement, path: str | Path) -> Exported:
     it. Raises SuperelementError if the path has another ending, or the body is tied, so that its
     interfaces have no coordinates of their own.
 
-    ROSS 2.3.0 has six coordinates x, y, z, α, β, θ at each node, which are ux to rz here with
-    the same signs. Interfaces are nodes, in the order of their z; modal coordinates follow
-    behind all nodes.
+    ROSS (2.3.0 and 3.1.0) has six coordinates x, y, z, α, β, θ at each node, which are ux to rz
+    here with the same signs. Interfaces are nodes, in the order of their z; modal coordinates
+    follow behind all nodes.
     """
     if element.constraint is not None and element.constraint.shape[1] < element.size:
         raise SuperelementError(
@@ -68,8 +68,8 @@ def _left_out(element: Superelement) -> tuple[str, ...]:
     said = [
         "ROSS draws straight placeholders and cubic curves between the nodes, not the body.",
         "Static sag, bending moments, cracks, misalignment, the map over support stiffness, "
-        "synchronous matrices, pure torsion, saving, and rotors joined by gears or bearings need "
-        "ROSS's own shaft elements; these functions stop with an error.",
+        "synchronous matrices, pure torsion, motors, other meshes, saving, and rotors joined by "
+        "gears or bearings need ROSS's own shaft elements; these functions stop with an error.",
         "Shapes for pictures, error forms and provenance stay in the superelement file.",
     ]
     lacking = [
@@ -91,7 +91,7 @@ def _left_out(element: Superelement) -> tuple[str, ...]:
 
 
 _TEXT = '''\
-"""A rotating body as a rotor of ROSS 2.3.0, SI units.
+"""A rotating body as a rotor of ROSS, SI units; written for ROSS 2.3.0 and 3.1.0.
 
 M q'' + W G q' + (K0 + W^2 K2) q = f, where W is the spin about +z in rad/s.
 
@@ -109,6 +109,7 @@ The numbers are in the .npz file of the same name.
 """
 
 import argparse
+import inspect
 from pathlib import Path
 
 import numpy as np
@@ -118,6 +119,15 @@ import scipy.linalg as la
 # @BODY@
 DATA = Path(__file__).with_suffix(".npz")
 COMPONENTS = ["ux", "uy", "uz", "rx", "ry", "rz"]  # x, y, z, alpha, beta, theta in ROSS
+
+
+# ROSS 3 reads bearings at a speed and a frequency of the motion, ROSS 2 at one of the two
+HAS_SPEED = "speed" in inspect.signature(ross.Rotor.K).parameters
+
+
+def asked(frequency, speed):
+    """Arguments of ROSS's matrices."""
+    return (frequency, speed) if HAS_SPEED else (frequency,)
 
 
 def load(file=DATA):
@@ -190,20 +200,21 @@ class BodyRotor(ross.Rotor):
         self.m_shaft, self.m, self.CG, self.Ip = own, m.sum(), m @ z / m.sum(), polar.sum()
         self.It = diametral.sum() + m @ (z - self.CG) ** 2
 
-    def M(self, frequency=None, synchronous=False):
+    def M(self, frequency=None, speed=None, synchronous=False):
         if synchronous:
             raise NotImplementedError("synchronous matrices need ROSS's own shaft elements")
-        return super().M(frequency)
+        return super().M(*asked(frequency, speed))
 
-    def K(self, frequency):
-        """Stiffness; ROSS asks for it with the speed as frequency."""
-        return super().K(frequency) + (frequency or 0.0) ** 2 * self.K2
+    def K(self, frequency, speed=None):
+        """Stiffness at a speed; where ROSS names one value alone it is that of both."""
+        turning = frequency if speed is None else speed
+        return super().K(*asked(frequency, speed)) + (turning or 0.0) ** 2 * self.K2
 
     def A(self, speed=0, frequency=None, synchronous=False):
-        frequency = speed if frequency is None else frequency
-        M = self.M(frequency, synchronous)
-        K = super().K(frequency) + speed**2 * self.K2
-        rates = -la.solve(M, np.hstack([K, self.C(frequency) + speed * self.G()]))
+        at = asked(speed if frequency is None else frequency, speed)
+        M = self.M(at[0], speed, synchronous)
+        K = super().K(*at) + speed**2 * self.K2
+        rates = -la.solve(M, np.hstack([K, self.C(*at) + speed * self.G()]))
         return np.vstack([np.eye(self.ndof, 2 * self.ndof, self.ndof), rates])
 
     def _eigen(self, *given, **more):
@@ -217,31 +228,36 @@ class BodyRotor(ross.Rotor):
         vectors[0, still] = 1e-9 * size[still]
         return values[own], vectors[:, own]
 
-    def run_modal(self, speed, num_modes=12, sparse=True, synchronous=False):
-        modal = super().run_modal(speed, num_modes, sparse, synchronous)
+    def run_modal(self, speed, *given, **more):
+        modal = super().run_modal(speed, *given, **more)
         modal.ndof = 6 * len(self.nodes)  # shapes are made of the nodes
         modal.update_mode_shapes()
         return modal
 
-    def _rotor_system_for_integrate(self, rotor, speed, t, reduce_matrix, forces, **more):
+    def _rotor_system_for_integrate(self, rotor, speed, t, reduction, forces, **more):
         if np.ndim(speed) == 0:
-            return super()._rotor_system_for_integrate(
-                rotor, speed, t, reduce_matrix, forces, **more
-            )
+            return super()._rotor_system_for_integrate(rotor, speed, t, reduction, forces, **more)
+        several = isinstance(reduction, (list, tuple))  # of ROSS 3, which wants the forces back
+        reduce_matrix = reduction[0] if several else reduction
         M, G, Ksdt = (reduce_matrix(more.get(k, getattr(self, k)())) for k in ("M", "G", "Ksdt"))
         rate = np.gradient(speed, t)
-        return lambda step, **state: (
-            M,
-            reduce_matrix(rotor.C(speed[step])) + G * speed[step],
-            reduce_matrix(rotor.K(speed[step])) + Ksdt * rate[step],
-            forces(step, **state),
-        )
+
+        def system(step, **state):
+            return (
+                M,
+                reduce_matrix(rotor.C(speed[step])) + G * speed[step],
+                reduce_matrix(rotor.K(speed[step])) + Ksdt * rate[step],
+                forces(step, **state),
+            )
+
+        return (system, forces) if several else system
 
     def _impossible(self, *_, **__):
         raise NotImplementedError("this function of ROSS needs its own shaft elements")
 
     run_static = run_ucs = run_level1 = run_crack = run_misalignment = _impossible
-    add_nodes = convergence = save = load = _impossible
+    add_nodes = add_elements = refine = refine_mesh = run_mesh_convergence = _impossible
+    convergence = run_with_motor = summary = save = load = _impossible
 
     def run_campbell(self, *given, torsional_analysis=False, **more):
         return self._impossible() if torsional_analysis else super().run_campbell(*given, **more)

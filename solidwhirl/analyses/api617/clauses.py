@@ -72,7 +72,7 @@ def verdicts_by_bearings(rows: Sequence[Mapping[str, Any]]) -> dict[str, dict[st
 
 def row_text(row: Mapping[str, Any], *, with_bearings: bool = False) -> str:
     """Return a row as one line; `with_bearings` tells of which set of bearing laws it is."""
-    place = f" {row['where']}" if row["where"] else ""
+    place = f", {row['where']}" if row["where"] else ""
     place += f", bearings {row['bearings']}" if with_bearings else ""
     note = f" ({row['note']})" if row["note"] else ""
     said = f"{row['clause']}, {row['what']}{place}{note}"
@@ -135,14 +135,16 @@ def _margin_rows(found: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
                 if peak["verdict"] == "not applicable":
                     continue
                 told = True
-                yield _margin_row(f"{case}, {name}", peak)
+                # such as "static at rotor.disk", the unbalance
+                place = case.replace(" at ", " unbalance at ", 1)
+                yield _margin_row(f"{place}, {name}", peak)
         if not told:
             note = "no response peak has an amplification factor of 2.5"
             yield _row("margin", "separation margin", case, "pass", note)
 
 
 def _margin_row(where: str, peak: Mapping[str, Any]) -> dict[str, Any]:
-    at = f"of {peak['speed_rpm']:.0f} rpm"
+    at = f"of the peak at {peak['speed_rpm']:.0f} rpm"
     factor = peak["amplification_factor"]
     note = "" if factor is None else f"amplification factor {factor:.3g}"
     value, limit = abs(peak["margin"]), peak["required_margin"]

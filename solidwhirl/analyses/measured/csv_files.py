@@ -16,6 +16,7 @@ from solidwhirl.analyses.measured.records import (
     MeasuredFunction,
     MeasuredMode,
 )
+from solidwhirl.core.errors import choice
 from solidwhirl.rotordyn.core.foreign import ForeignError, regular_bytes
 
 _OF_MODE = ("frequency_hz", "damping_ratio", "uncertainty_hz")
@@ -80,7 +81,7 @@ def read_modes(path: Path, sensors: Sequence[str]) -> tuple[MeasuredMode, ...]:
     unknown = [key for key in head if key not in _MODE_COLUMNS]
     if unknown:
         raise MeasuredFileError(
-            path, f"unknown column {unknown[0]!r}; allowed are {', '.join(_MODE_COLUMNS)}"
+            path, f"unknown column {unknown[0]!r}; {choice(unknown[0], list(_MODE_COLUMNS))}"
         )
     own: dict[str, tuple[float | None, ...]] = {}
     shapes: dict[str, dict[str, complex]] = {}

@@ -7,7 +7,7 @@ from functools import partial
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import Field, WrapValidator, model_validator
 
 from solidwhirl.analyses import base
 from solidwhirl.analyses.measured.comparison import compared
@@ -61,7 +61,7 @@ class ImpactTestSpec(base.Frequencies):
     sensors: _Points
     quantity: Literal["receptance", "mobility", "accelerance"] = "accelerance"
     damping_ratio: Annotated[
-        tuple[_Ratio, ...], Field(min_length=1, max_length=MOST), BeforeValidator(several)
+        tuple[_Ratio, ...], Field(min_length=1, max_length=MOST), WrapValidator(several)
     ] = (0.0,)
     speed_rpm: NotNegative = 0.0
     measured: MeasuredSpec | None = None

@@ -78,7 +78,7 @@ def _universal(path: Path, spec: MeasuredSpec, points: _Points) -> UniversalFile
                 raise MeasuredFileError(
                     path, f"{key}: {point.name!r} has no node; universal files know places by it"
                 )
-    file = read_universal(path, spec.units)
+    file = read_universal(path, spec.units, spec.quantity)
     _check_distances(path, file, spec, points)
     return file
 
@@ -128,7 +128,10 @@ def _functions(
             )
     if not file.functions:
         raise MeasuredFileError(
-            path, "no frequency response function (dataset 58 of function type 4)"
+            path,
+            "; ".join(
+                ("no frequency response function (dataset 58 of function type 4)", *file.notes)
+            ),
         )
     if not found:
         there = sorted({(*f.response, *f.reference) for f in file.functions})[:8]

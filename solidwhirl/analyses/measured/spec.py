@@ -67,6 +67,7 @@ class MeasuredSpec(Record):
         None
     )
     units: Literal["m_n", "mm_mn", "mm_n", "in_lbf", "ft_lbf"] | None = None
+    quantity: Literal["receptance", "mobility", "accelerance"] | None = None
     directions: tuple[Direction, Direction] = ("x", "y")
     sha256: dict[Name, str] = Field(default_factory=dict, max_length=2)
 

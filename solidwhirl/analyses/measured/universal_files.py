@@ -20,7 +20,7 @@ from solidwhirl.rotordyn.core.foreign import ForeignError, regular_bytes
 # Response of a function by its specific data type.
 _QUANTITIES = {8: "receptance", 11: "mobility", 12: "accelerance"}
 _TYPES = {quantity: code for code, quantity in _QUANTITIES.items()}
-_FORCE, _FREQUENCY, _FRF = 13, 18, 4
+_FORCE, _FREQUENCY, _FRF, _GENERAL, _MODES = 13, 18, 4, 0, 55
 _LABELS = {"receptance": "m", "mobility": "m/s", "accelerance": "m/s^2"}
 _READ = (15, 55, 58, 164, 2411)
 # Begin and end of a block as pyuff finds them; binary numbers do not end a line before one.
@@ -54,23 +54,33 @@ class UniversalFile(NamedTuple):
     notes: tuple[str, ...]
 
 
-def read_universal(path: Path, asked: str | None) -> UniversalFile:
+def read_universal(path: Path, asked: str | None, quantity: str | None = None) -> UniversalFile:
     """Read the functions, modes and nodes of a universal file.
 
-    `asked`: units that the scene names. Raises MeasuredFileError: it can not be read, a block is
-    broken, or its units are missing or contradict each other.
+    `asked`: units that the scene names; `quantity`: what functions of type "general" are, and of
+    ordinates of no type; None: such functions are left out or refused.
+    Raises MeasuredFileError: it can not be read, a block is broken, or its units are missing or
+    contradict each other.
     """
     blocks, not_read = _blocks(path)
     units = file_units(path, [b for _, b in blocks if b["type"] == 164], asked)
     notes = [] if units is None else [f"units by {units.said_by}"]
     of_functions = [(where, b) for where, b in blocks if b["type"] == 58]
-    functions = [_function(path, w, b, units) for w, b in of_functions if b["func_type"] == _FRF]
+    taken = (_FRF,) if quantity is None else (_FRF, _GENERAL)
+    functions = [
+        _function(path, where, block, units, quantity)
+        for where, block in of_functions
+        if block["func_type"] in taken
+    ]
     left = len(of_functions) - len(functions)
+    general = sum(block["func_type"] == _GENERAL for _, block in of_functions)
     if not_read:
         kinds = ", ".join(map(str, not_read))
         notes.append(f"datasets that are not read are passed over: {kinds}")
     if left:
         notes.append(f"{left} functions that are no frequency response are left out")
+    if general and quantity is None:
+        notes.append(f'{general} of them are of type "general": quantity says what they are')
     modes = [_mode(path, where, b) for where, b in blocks if b["type"] == 55]
     return UniversalFile(
         tuple(functions),
@@ -88,30 +98,80 @@ def _blocks(path: Path) -> tuple[list[tuple[str, Mapping[str, Any]]], list[int]]
         content = regular_bytes(path, MOST_BYTES)
     except ForeignError as error:
         raise MeasuredFileError(path, str(error)) from error
-    marks = len(_MARK.findall(content))
+    marks = [mark.span() for mark in _MARK.finditer(content)]
     file = pyuff.UFF(str(path))
     types = [int(t) for t in file.get_set_types()]
     if not types:
         raise MeasuredFileError(
             path, "no block between two lines with -1 in columns 5 and 6; it is no universal file"
         )
-    if marks % 2:
+    if len(marks) % 2:
         raise MeasuredFileError(
-            path, f"{marks} marks -1, so that a block has no beginning or no end; it is broken"
+            path, f"{len(marks)} marks -1, so that a block has no beginning or no end; it is broken"
         )
-    found = []
+    found: list[tuple[str, Mapping[str, Any]]] = []
     for k, kind in enumerate(types):
         where = f"block {k + 1} (dataset {kind})"
         if kind in _READ:
             try:
-                found.append((where, file.read_sets(k)))
+                if kind == _MODES:
+                    text = content[marks[2 * k][1] : marks[2 * k + 1][0]].decode("latin-1")
+                    found.append((where, _data_at_nodes(text)))
+                else:
+                    found.append((where, file.read_sets(k)))
             except Exception as error:  # pyuff raises nothing narrower
                 raise MeasuredFileError(path, f"{where} is broken: it can not be read") from error
     return found, sorted(set(types) - {*_READ})
 
 
+def _data_at_nodes(text: str) -> dict[str, Any]:
+    """Return dataset 55 by the names of pyuff, which takes no blanks at the ends of lines.
+
+    `text`: of the block, with the line of its number. Raises ValueError, IndexError: it is broken.
+    """
+    lines = text.splitlines()  # first the end of the mark, the number, and five of text
+    _, analysis, _, _, kind, per_node = (int(n) for n in _fields(lines[7], 10)[:6])
+    found: dict[str, Any] = {"type": _MODES, "analysis_type": analysis}
+    values = [_number(n) for n in _fields(lines[9], 13)]
+    if analysis == 2:
+        found |= {"freq": values[0], "modal_damp_vis": values[2] if len(values) > 2 else 0.0}
+    elif analysis in (3, 7):
+        found["eig"] = complex(values[0], values[1])
+    body = [line for line in lines[10:] if line.strip()]
+    count = per_node * (2 if kind in (5, 6) else 1)
+    nodes, data, at = [], [], 0
+    while at < len(body):
+        nodes.append(int(body[at].split()[0]))
+        row: list[float] = []
+        at += 1
+        while len(row) < count:
+            row += [_number(n) for n in _fields(body[at], 13)]
+            at += 1
+        data.append(row[:count])
+    table = np.array(data, dtype=float).reshape(len(nodes), per_node, -1)
+    motion = table[..., 0] + 1j * table[..., 1] if kind in (5, 6) else table[..., 0]
+    return found | {"node_nums": nodes, **{f"r{k + 1}": motion[:, k] for k in range(3)}}
+
+
+def _fields(line: str, width: int) -> list[str]:
+    """Numbers of a line in columns of a width, or apart by blanks where they are not in columns."""
+    line = line.rstrip()
+    columns = [line[k : k + width].strip() for k in range(0, len(line), width)]
+    whole = all(columns) and all(len(column.split()) == 1 for column in columns)
+    return columns if whole else line.split()
+
+
+def _number(text: str) -> float:
+    """A number as Fortran writes it, such as 1.0D+02 or 1.0+102."""
+    return float(re.sub(r"(?<=[\d.])([+-]\d+)$", r"E\1", re.sub("[dD]", "E", text)))
+
+
 def _function(
-    path: Path, where: str, block: Mapping[str, Any], units: Units | None
+    path: Path,
+    where: str,
+    block: Mapping[str, Any],
+    units: Units | None,
+    quantity: str | None,
 ) -> FileFunction:
     x, y = np.asarray(block["x"], dtype=float), np.asarray(block["data"])
     if len(y) != block["num_pts"] or len(x) != len(y):
@@ -127,12 +187,14 @@ def _function(
     kind, per, over = (
         block.get(f"{of}_spec_data_type") for of in ("ordinate", "orddenom", "abscissa")
     )
+    if quantity is not None and kind in (0, None):
+        kind, per = _TYPES[quantity], per or _FORCE
     if kind not in _QUANTITIES or per != _FORCE or over not in (_FREQUENCY, 0):
         raise MeasuredFileError(
             path,
             f"{where}: ordinate of type {kind} per type {per} over type {over}; allowed are "
             "displacement (8), velocity (11) or acceleration (12) per force (13) over frequency "
-            "(18)",
+            "(18); of an ordinate of no type (0), quantity says what it is",
         )
     labels = tuple(str(block.get(f"{of}_axis_units_lab", "")) for of in ("ordinate", "orddenom"))
     factor = function_factor(path, where, units, (labels[0], labels[1]))

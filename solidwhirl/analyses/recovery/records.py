@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
+from pydantic import Field, WithJsonSchema, WrapValidator, model_validator
 
 from solidwhirl.analyses.base import number_text
 from solidwhirl.core.fields import (
@@ -36,7 +36,7 @@ class RecoveryStateSpec(Record):
     time_s: Annotated[
         tuple[Positive, ...] | None,
         Field(min_length=1, max_length=_MOST_TIMES),
-        BeforeValidator(several),
+        WrapValidator(several),
         WithJsonSchema(
             {"anyOf": [{"type": "number"}, {"type": "array", "items": {"type": "number"}}]}
         ),

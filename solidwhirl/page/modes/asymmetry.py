@@ -25,8 +25,8 @@ def section(run: Run) -> Section | None:
         name="asymmetry",
         title="Bodies that bend unlike in two planes",
         blocks=blocks_of(found),
-        note="Computed in the frame that turns with them; what does not turn changes there with "
-        "the angle, where it is unlike in x and y.",
+        note="Computed in the rotating frame, where supports that differ in x and y vary with the "
+        "angle.",
     )
 
 
@@ -131,7 +131,7 @@ def resonances_table(found: Mapping[str, Any]) -> Table:
     return Table(
         head=["load", "speed [rpm]", "motion", "mostly seen at", "damping ratio [1]", "error"],
         rows=rows,
-        title="Speeds at which loads that keep step with the turn are in resonance",
+        title="Resonance speeds for loads synchronous with the rotation",
         caption="Unbalance and bow turn with the body. Weight turns backward in it: at about half "
         "of the critical speeds it shakes the shaft twice per turn. Multiples are those of fixed "
         "axes; negative ones turn backward. The error is relative.",

@@ -349,3 +349,56 @@ def test_csv_files(tmp_path):
     (tmp_path / "frf.csv").write_text("hammer,sensor,frequency_hz,real_m_per_n\nh,a,1.0,2.0\n")
     with pytest.raises(SceneError, match="no column 'imaginary_m_per_n'"):
         run_scene(beam(tmp_path, measured=measured))
+
+
+def _modes_alone(text):
+    """The blocks of modes of a universal file, from their first line to their last."""
+    return re.findall(r"    -1\n    55.*?    -1\n", text, flags=re.DOTALL)
+
+
+@pytest.mark.parametrize(
+    "write",
+    [
+        lambda line: line.ljust(80),
+        lambda line: line + "  \t",
+        lambda line: line.replace("e+", "D+").replace("E+", "D+").ljust(80),
+    ],
+)
+def test_modes_as_other_programs_end_their_lines(written, write):
+    """Blanks up to column 80 and Fortran's exponents say the same."""
+    from solidwhirl.analyses.measured.universal_files import read_universal
+
+    folder, _ = written
+    text = (folder / "own.unv").read_text()
+    for block in _modes_alone(text):
+        _, *lines, _, _ = block.split("\n")
+        text = text.replace(block, "\n".join(["    -1", *map(write, lines), "    -1", ""]))
+    (folder / "padded.unv").write_text(text)
+    plain, padded = (read_universal(folder / f"{name}.unv", None) for name in ("own", "padded"))
+    assert len(plain.modes) > 3
+    for one, other in zip(plain.modes, padded.modes, strict=True):
+        assert (one.frequency_hz, one.damping_ratio) == (other.frequency_hz, other.damping_ratio)
+        assert one.motion.keys() == other.motion.keys()
+        for node, motion in one.motion.items():
+            np.testing.assert_array_equal(motion, other.motion[node])
+
+
+def test_functions_of_type_general_are_named(written):
+    """Of function type 0 and ordinates of no type nothing says what they are but the scene."""
+    from solidwhirl.analyses.measured.universal_files import read_universal
+
+    folder, _ = written
+    text = (folder / "own.unv").read_text()
+    head = re.compile(r"^(    58.*\n(?:.*\n){5}) {4}4", re.MULTILINE)
+    general = head.sub(r"\g<1>    0", text)
+    assert general != text
+    (folder / "general.unv").write_text(general)
+    plain = read_universal(folder / "own.unv", None)
+    left_out = read_universal(folder / "general.unv", None)
+    assert not left_out.functions and "quantity says what they are" in left_out.notes[-1]
+    with pytest.raises(SceneError, match="quantity says what they are"):
+        run_scene(beam(folder, measured={"functions": "general.unv"}))
+    named = read_universal(folder / "general.unv", None, "accelerance")
+    for one, other in zip(plain.functions, named.functions, strict=True):
+        assert (one.response, one.quantity) == (other.response, other.quantity)
+        np.testing.assert_array_equal(one.values, other.values)

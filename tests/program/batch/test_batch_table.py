@@ -14,7 +14,6 @@ import pytest
 from ring_scenes import STIFFNESS, ring_scene, written
 
 from solidwhirl.batch.journal import (
-    JOURNAL,
     BatchTableError,
     open_journal,
     read_journal,
@@ -25,6 +24,7 @@ from solidwhirl.batch.rows import failed_row, responses_of, row_of_document
 from solidwhirl.batch.table import TABLE, read_batch, read_table, write_table
 from solidwhirl.console.exit_handling import Terminated
 from solidwhirl.core.errors import OutputError
+from solidwhirl.files.run_folder import JOURNAL
 from solidwhirl.output.documents import results_document
 from solidwhirl.pipeline.run import run_scene
 from solidwhirl.sweep.cases import batch_cases, case_scene

@@ -193,10 +193,10 @@ def test_film_model_in_an_environment_of_its_own(tmp_path, ross, monkeypatch):
             ["--from-ross", "a.toml", "--speeds", "3:2:1"],
             "--speeds: found '3:2:1', allowed is FROM",
         ),
-        (["pads.csv", "--axis", "time"], "--axis: found 'time', allowed are speed and frequency"),
+        (["pads.csv", "--axis", "time"], "--axis: found 'time'; allowed are speed, frequency"),
         (
             ["pads.csv", "--maker-spin", "left"],
-            "--maker-spin: found 'left', allowed are x_to_y and",
+            "--maker-spin: found 'left'; allowed are x_to_y",
         ),
         (
             ["--from-ross", "film.toml", "--speeds", "1:2:1"],

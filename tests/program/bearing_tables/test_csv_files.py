@@ -144,8 +144,8 @@ HEAD = "speed_rpm,kxx_n_per_m,cxx_n_s_per_m\n"
         (HEAD, "has 0 rows of numbers"),
         (HEAD + "1,,3\n", "column 'kxx_n_per_m', row 1 of the numbers: found '', allowed is a num"),
         (HEAD + "1,nan,3\n", "found 'nan', allowed is a number"),
-        (HEAD + "1,2,3\n1,2,3\n", "2 rows at speed 0.10472 (SI); allowed is one"),
-        (HEAD + "-1,2,3\n", "speed is -0.10472; allowed is 0 and more"),
+        (HEAD + "1,2,3\n1,2,3\n", "2 rows at speed 1 rpm (rows 1, 2 of the numbers)"),
+        (HEAD + "-1,2,3\n", "speed -1 rpm; allowed is 0 and more"),
         ("kxx_n_per_m,cxx_n_s_per_m\n1,2\n3,4\n", "no column of speed, frequency or load"),
         ("speed_rpm,load_n,kxx [N/m],cxx_n_s_per_m\n1,1,1,1\n2,2,1,1\n", "every combination"),
         (HEAD.replace("cxx_n_s", "cxx_kg"), "'cxx_kg_per_m': no unit 'kg_per_m' of damping"),
@@ -171,3 +171,74 @@ def test_files_of_other_kinds(tmp_path):
             read_table(tmp_path / name)
     with pytest.raises(TableFileError, match="no such file"):
         read_table(tmp_path / "none.csv")
+
+
+@pytest.mark.parametrize(
+    ("header", "speed", "kxy"),
+    [
+        ("omega [rad/s],kxx [N/m],kxy [N/m],cxx [N s/m]", 1000.0, 7.0),
+        ("Omega (rad/s),K11 [N/m],K12 [N/m],C11 [N s/m]", 1000.0, 7.0),
+        ("n [rpm],K_11 [N/m],K_12 [N/m],C_11 [N s/m]", 1000.0 * math.pi / 30.0, 7.0),
+        ("rotational speed [Hz],K_{xx} [N/m],K_{xy} [N/m],C_{xx} [N s/m]", 2e3 * math.pi, 7.0),
+    ],
+)
+def test_columns_as_others_call_them(header, speed, kxy):
+    table = read_csv(PATH, f"{header}\n1000,5,7,3\n2000,6,7,3\n")
+    assert table.speeds_rad_s == pytest.approx([speed, 2.0 * speed])
+    assert table.stiffness_n_per_m[0, 0, 0].tolist() == [[5.0, kxy], [0.0, 5.0]]
+    if "1" in header.split(",")[1]:
+        assert any("is taken as kxy" in note for note in table.notes)
+
+
+def test_symbols_head_axes_with_a_unit_alone():
+    """Numbers of rows and pads, which some programs head with n, are none."""
+    table = read_csv(PATH, "n,n_pads," + HEAD + "1,5,1000,2,3\n2,5,2000,2,3\n")
+    assert table.speeds_rad_s == pytest.approx([1000 * math.pi / 30, 2000 * math.pi / 30])
+    assert table.notes == ("columns left out: n, n_pads",)
+
+
+def test_what_is_not_given_is_told():
+    only = read_csv(PATH, HEAD + "1000,2,3\n2000,2,3\n")
+    assert only.assumed == (
+        "no column kyy, cyy: taken as kxx, cxx, the same in x and y",
+        "no column kxy, kyx, cxy, cyx: taken as 0",
+    )
+    names = ",".join(f"{k}{end}" for k in "kc" for end in ("xx", "xy", "yx", "yy"))
+    units = ",".join(["N/m"] * 4 + ["N s/m"] * 4)
+    assert read_csv(PATH, f"rpm,{names}\nrpm,{units}\n" + "1,2,3,4,5,6,7,8,9\n").assumed == ()
+
+
+@pytest.mark.parametrize(
+    ("row", "numbers"),
+    [
+        ('"1,000","1,500,000","2.5"', (1000.0, 1.5e6, 2.5)),
+        ("1,000;1,500,000;2,000", (1000.0, 1.5e6, 2000.0)),
+        ("1,000;2,000.5;3", (1000.0, 2000.5, 3.0)),
+        ("1,000;0,500;3", (1.0, 0.5, 3.0)),
+        ("1,000;1,5e6;3", (1.0, 1.5e6, 3.0)),
+        ("1 000;1'500'000;2,5", (1000.0, 1.5e6, 2.5)),
+        ("1\u202f000;12\u00a0000;2.5", (1000.0, 12e3, 2.5)),
+    ],
+)
+def test_commas_blanks_and_apostrophes_in_numbers(row, numbers):
+    heads = HEAD if row.startswith('"') else HEAD.replace(",", ";")
+    table = read_csv(PATH, heads + row + "\n")
+    assert table.speeds_rad_s * 30.0 / math.pi == pytest.approx(numbers[:1])
+    assert table.stiffness_n_per_m[0, 0, 0, 0, 0] == pytest.approx(numbers[1])
+    assert table.damping_n_s_per_m[0, 0, 0, 0, 0] == pytest.approx(numbers[2])
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (HEAD.replace(",", ";") + "1,000;2,000;3\n", "'1,000', which may be 1000 or 1.000"),
+        (HEAD.replace(",", ";") + "1,000,000;2,5;3\n", "'1,000,000' and '2,5'"),
+        (HEAD + "1,000,2e6,3\n2,000,2e6,3\n", "row 1 of the numbers has 4 cells for 3 columns"),
+        (HEAD.replace("rpm", "hz") + "5,2,3\n6,2,3\n5,2,3\n", "at speed 5 hz (rows 1, 3 of"),
+        ("omega [rad/s]," + HEAD + "1,1,2,3\n", "speed stands in two columns"),
+    ],
+)
+def test_numbers_that_may_mean_two_things_are_refused(text, said):
+    with pytest.raises(TableFileError) as refused:
+        read_csv(PATH, text)
+    assert said in str(refused.value)

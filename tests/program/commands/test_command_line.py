@@ -293,3 +293,86 @@ def test_completion_is_installed_for_bash(tmp_path):
     assert "solidwhirl" in (tmp_path / ".bashrc").read_text(encoding="utf-8")
     scripts = list((tmp_path / ".bash_completions").iterdir())
     assert [path.name for path in scripts] == ["solidwhirl.sh"]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["rnu", "x.toml"], "did you mean 'run'?"),
+        (["plans"], "did you mean 'plan'?"),
+        (["schema", "scenes"], "did you mean 'scene'?"),
+        (["init", "x.toml", "--kind", "lavall"], "did you mean 'laval'?"),
+        (["zzz"], "no command 'zzz'; allowed are init, run, plan"),
+    ],
+)
+def test_names_are_proposed(words, said, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    done = CliRunner().invoke(app, words, env={"COLUMNS": "200", "TERM": "dumb"})
+    assert done.exit_code == 2 and done.stdout == ""
+    assert said in " ".join(done.stderr.replace("│", " ").split())
+    assert not list(tmp_path.iterdir())
+
+
+ONE_BEARING = """
+name = "{name}"
+[speeds]
+to_rpm = 3000
+count = 3
+[beams.rotor]
+material = "steel"
+stations_m = [0.0, 0.3, 0.6]
+outer_radius_m = [0.02]
+interfaces = {{ left = 0.0, middle = 0.3, right = 0.6 }}
+[[bearings]]
+name = "left"
+first = {first}
+stiffness_n_per_m = 1e7
+"""
+
+
+def test_plan_says_that_a_rotor_is_free(tmp_path):
+    """One bearing leaves the two tilts, two at its ends none; costs stand behind an option."""
+    path = tmp_path / "rotor.toml"
+    path.write_text(ONE_BEARING.format(name="rotor", first='"rotor.left"'), encoding="utf-8")
+    done = CliRunner().invoke(app, ["plan", str(path)])
+    (line,) = done.stderr.splitlines()
+    assert line.startswith("warning: bearings: 'rotor' is held by one bearing only ('left') and")
+    assert "2 lateral motions at 0 Hz" in line
+    assert done.exit_code == 0 and "warning" not in done.stdout
+    assert "--costs says of what" in done.stdout and "predicted s" not in done.stdout
+    assert "predicted s" in CliRunner().invoke(app, ["plan", str(path), "--costs"]).stdout
+    both = '["rotor.left", "rotor.right"]'
+    path.write_text(ONE_BEARING.format(name="rotor", first=both), encoding="utf-8")
+    assert CliRunner().invoke(app, ["plan", str(path)]).stderr == ""
+
+
+def test_folders_of_others_are_not_written_into(root, tmp_path, refusal):
+    path = tmp_path / "rotor.toml"
+    path.write_text(ONE_BEARING.format(name="rotor", first='"rotor.left"'), encoding="utf-8")
+    laval = root / "scenes" / "laval.toml"
+    for command, scene in (("run", path), ("pictures", path), ("batch", path), ("study", laval)):
+        for out in (Path("/"), tmp_path):
+            done = CliRunner().invoke(app, [command, str(scene), "--out", str(out)])
+            assert "is not empty (" in refusal(done, str(out))
+    assert [p.name for p in tmp_path.iterdir()] == ["rotor.toml"]
+
+
+@pytest.mark.solver
+def test_results_go_into_a_folder_by_the_name_of_the_scene_file(tmp_path, monkeypatch):
+    """And warnings to standard error; neither a run nor a batch takes the folder of the other."""
+    monkeypatch.chdir(tmp_path)
+    Path("shaft.toml").write_text(ONE_BEARING.format(name="rotor", first='"rotor.left"'))
+    done = CliRunner().invoke(app, ["run", "shaft.toml"])
+    assert done.exit_code == 0, done.stderr
+    assert Path("out", "shaft", "results.json").is_file()
+    assert "results: out/shaft/results.json" in done.stdout and "warning" not in done.stdout
+    assert "held by one bearing only" in done.stderr
+    again = CliRunner().invoke(app, ["run", "shaft.toml", "-q"])
+    assert (again.exit_code, again.stdout) == (0, "")
+    done = CliRunner().invoke(app, ["batch", "shaft.toml"])
+    assert done.exit_code == 2 and "is the folder of a run" in done.stderr
+    done = CliRunner().invoke(app, ["batch", "shaft.toml", "--out", "out/many"])
+    assert done.exit_code == 0, done.stderr
+    assert done.stdout.startswith("1 rows, 0 failed, 0 with failed checks: out/many/")
+    done = CliRunner().invoke(app, ["run", "shaft.toml", "--out", "out/many"])
+    assert done.exit_code == 2 and "is the folder of a batch" in done.stderr

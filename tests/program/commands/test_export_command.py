@@ -70,9 +70,9 @@ def test_sidecar_holds_what_the_body_is(body, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("--format", "elf"), "--format: unknown 'elf'; known are sid, mbdyn"),
-        (("--format", "Nastran"), "unknown 'Nastran'; that program reads dmig and op4; known are"),
-        (("--format", "simpack"), "that program reads sid; known are"),
+        (("--format", "elf"), "--format: unknown 'elf'; allowed are sid, mbdyn"),
+        (("--format", "Nastran"), "unknown 'Nastran'; that program reads dmig and op4; "),
+        (("--format", "simpack"), "that program reads sid; "),
         (("--format", "abaqus"), "unknown 'abaqus'; matrix-market and npz hold the matrices"),
         (("--format", "npz", "--layout", "mode"), "--layout: not an option of npz; sid have it"),
         (("--format", "dmig", "--speed-rpm", "nan"), "--speed-rpm: found nan, a finite number"),

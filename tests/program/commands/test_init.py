@@ -24,7 +24,7 @@ def test_scene_is_planned(tmp_path, kind):
     path = tmp_path / "new" / f"my_{kind}.toml"
     done = init(path, "--kind", kind)
     assert done.exit_code == 0, done.stderr
-    assert f"solidwhirl run {path} --out out/my_{kind}" in done.stdout
+    assert f"solidwhirl run {path}\n" in done.stdout
     scene = read_scene(path)
     assert scene.name == f"my_{kind}"
     assert len(make_plan(scene, build_bodies(scene)).analyses) >= 2
@@ -66,7 +66,7 @@ def test_name_that_is_none_and_file_that_needs_quotes(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("x.toml", "--kind", "car"), "--kind: found 'car', allowed are laval, twin, engine"),
+        (("x.toml", "--kind", "car"), "--kind: found 'car'; allowed are laval, twin, engine"),
         (("/dev/null/x.toml",), "can not be written: /dev/null is not a folder"),
     ],
 )

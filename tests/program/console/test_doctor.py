@@ -165,3 +165,33 @@ def test_environment_that_does_not_see_debians_packages(monkeypatch):
     assert remedy == "/usr/bin/python3 -m venv --system-site-packages --upgrade /home/me/.venv"
     monkeypatch.setattr(doctor.Path, "exists", lambda self: False)
     assert doctor.remedy_for("dolfinx", "python3-dolfinx", why) == apt("python3-dolfinx")
+
+
+def test_other_pythons_get_the_wheel(monkeypatch):
+    """Debian's packages are for its own Python, and the wheel for 3.12 and later."""
+    why = "ModuleNotFoundError: No module named 'petsc4py'"
+    monkeypatch.setattr(doctor.Path, "exists", lambda self: False)
+    for base, version, remedy in (
+        ("/opt/python", (3, 13, 0), pip("dolfinx-solver-real")),
+        ("/usr", (3, 13, 0), apt("python3-petsc4py")),
+        ("/opt/python", (3, 11, 2), apt("python3-petsc4py")),
+    ):
+        monkeypatch.setattr(sys, "base_prefix", base)
+        monkeypatch.setattr(sys, "version_info", version)
+        assert doctor.remedy_for("petsc4py", "python3-petsc4py", why) == remedy
+    said = doctor.remedy_for(
+        "petsc4py", "python3-petsc4py", "PETSc is compiled for complex numbers"
+    )
+    assert said.endswith(pip("dolfinx-solver-real"))
+
+
+@pytest.mark.solver
+def test_the_wheel_puts_its_libraries_in_order_before_they_are_loaded(tmp_path):
+    """By a stand-in for its module, which sees what is there when it is imported."""
+    (tmp_path / "dolfinx_solver.py").write_text(
+        "import sys\nprint(sorted({'petsc4py', 'slepc4py', 'dolfinx'} & set(sys.modules)))\n"
+    )
+    path = os.pathsep.join(filter(None, (str(tmp_path), os.environ.get("PYTHONPATH"))))
+    program = "import solidwhirl.reduction, sys\nprint('dolfinx' in sys.modules)\n"
+    done = started(sys.executable, "-c", program, PYTHONPATH=path)
+    assert done.stdout.splitlines() == ["[]", "True"], done.stderr

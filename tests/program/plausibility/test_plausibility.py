@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import copy
 from pathlib import Path
+from random import Random
 
 import pytest
 
 from solidwhirl.build import beam, bearing, body, cylinder
 from solidwhirl.geometry import MATERIALS, GeometryError
 from solidwhirl.model.bodies import build_bodies
-from solidwhirl.output.plan_text import plan_text
-from solidwhirl.pipeline.run import make_plan
+from solidwhirl.model.effects import make_plan
+from solidwhirl.model.system_parts import engine_of, simple_elements
 from solidwhirl.plausibility.units import implausible
+from solidwhirl.rotordyn.modes.free_motions import free_lateral_motions
 from solidwhirl.scene_reading.reader import parse_scene
+from solidwhirl.scene_reading.weight import free_lateral_groups
 
 SCENES = Path(__file__).resolve().parents[3] / "scenes"
 
@@ -178,13 +181,41 @@ def test_other_doubts(scene_data, small_scene):
     assert [doubt.key for doubt in doubts(metres)] == ["beams.b"]
 
 
-def test_plan_shows_doubts(small_scene):
-    data = small_scene()
-    data["bearings"][0]["stiffness_n_per_m"] = 1e13
-    scene = parse_scene(data)
-    bodies = build_bodies(scene)
-    found = implausible(scene, bodies)
-    text = plan_text(make_plan(scene, bodies), found)
-    assert text.startswith("Warnings:")
-    assert found[0].message in text
-    assert "Doubts" not in plan_text(make_plan(scene, bodies))
+def hung(random):
+    """A scene of some beams on some bearings, many of which hold one direction or none."""
+    count = random.randint(1, 3)
+    interfaces = {"a": 0.0, "b": 0.3, "c": 1.0}
+    shaft = {
+        "material": "steel",
+        "stations_m": [0.0, 0.3, 0.7, 1.0],
+        "outer_radius_m": [0.02],
+        "interfaces": interfaces,
+    }
+    places = [f"r{k}.{name}" for k in range(count) for name in interfaces]
+    kinds = (
+        {"stiffness_n_per_m": 1e7},
+        {"stiffness_n_per_m": [1e7, 0.0]},
+        {"stiffness_n_per_m": 1e6, "tilt_stiffness_n_m_per_rad": 1e5},
+        {"rigid": ["ux", "uy"]},
+        {"rigid": ["rx"]},
+        {"axial_stiffness_n_per_m": 1e6},
+    )
+    bearings = []
+    for number in range(random.randint(1, 2 * count + 1)):
+        first = random.choice(places)
+        others = [place for place in places if place[:2] != first[:2]]
+        ends = {"first": first, "second": random.choice(["ground", "ground", "ground", *others])}
+        bearings.append({"name": f"b{number}"} | ends | random.choice(kinds))
+    return parse_scene(
+        {"name": "hung", "beams": {f"r{k}": shaft for k in range(count)}, "bearings": bearings}
+    )
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_what_a_plan_says_of_supports_is_what_the_run_finds(seed):
+    """Rigid motions that no joint resists against zeros of the assembled stiffness of the beams."""
+    scene = hung(Random(seed))
+    plan = make_plan(scene, {}, "beam")
+    system = engine_of(scene, plan, simple_elements(scene, plan))
+    found = {(m.bodies, m.held_by, m.count) for m in free_lateral_motions(system)}
+    assert set(free_lateral_groups(scene)) == found

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from solidwhirl.core.errors import SceneError
-from solidwhirl.scene_reading.reader import parse_scene, read_scene, scene_hash
+from solidwhirl.scene_reading.reader import parse_scene, parse_toml, read_scene, scene_hash
 
 WRONG = tomllib.loads(Path(__file__).with_name("wrong.toml").read_text(encoding="utf-8"))
 
@@ -109,3 +109,97 @@ def test_path_is_part_of_the_error(tmp_path):
     other = pickle.loads(pickle.dumps(caught.value))  # as a pool of processes hands it back
     assert str(other) == str(caught.value)
     assert [problem.path for problem in other.problems] == [("name",), ("colour",)]
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "said"),
+    [
+        ("x = [1 2]", "1:7", "is a comma missing after 1?"),
+        ("x = [\n  1.5, # one\n  2 # two\n  # more\n  3,\n]", "3:4", "is a comma missing after 2?"),
+        ("x = [{ a = 1 }\n\n { b = 2 }]", "1:15", "is a comma missing after }?"),
+        ('x = { a = "t" b = 2 }', "1:14", 'is a comma missing after "t"?'),
+        ("x = { a = [1, 2 3] }", "1:16", "is a comma missing after 2?"),
+        ("x = [[1, 2]\n[3, 4]]", "1:12", "is a comma missing after ]?"),
+        ("x = [1, 2\ny = 3\n", "1:10", "is the closing ] missing after 2?"),
+        ("x = [1, 2\n[bodies.a]\nb = 1\n", "1:10", "is the closing ] missing after 2?"),
+        ("x = { a = 1\nb = 2 }", "1:12", "is the closing } missing after 1?"),
+        ("x = { a = 1,\n b = 2 }", "1:13", "an inline table stands on one line"),
+        ("x = { a = 1, }", "1:14", "no comma stands before }"),
+    ],
+)
+def test_a_missing_comma_or_bracket_is_told_where_it_is(text, place, said):
+    with pytest.raises(SceneError) as refused:
+        parse_toml(text.encode(), "scene.toml")
+    assert str(refused.value).startswith(f"scene.toml:{place}: is not valid TOML: ")
+    assert said in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("value", "said"),
+    [
+        ("1e8 N/m", "a number k, a pair [kx, ky] or [[kxx, kxy], [kyx, kyy]] is needed, found "),
+        ([1e8, 1e8, 0.0], "a number k, a pair [kx, ky] or"),
+        (True, "a number k, a pair [kx, ky] or"),
+        (float("nan"), "Input should be a finite number"),
+        (1e40, "Input should be less than"),
+    ],
+)
+def test_a_number_that_stands_for_several_is_refused_once(small_scene, value, said):
+    data = small_scene()
+    data["bearings"][0]["stiffness_n_per_m"] = value
+    with pytest.raises(SceneError) as refused:
+        parse_scene(data)
+    (problem,) = refused.value.problems
+    assert problem.startswith(f"bearings[0].stiffness_n_per_m: {said}"), problem
+
+
+def test_one_wrong_radius_and_one_wrong_end_of_a_pair(small_scene):
+    data = small_scene()
+    data["bodies"]["rotor"]["sections"][0]["outer_radius_m"] = -0.1
+    data["bearings"][0]["stiffness_n_per_m"] = [1e8, "soft"]
+    with pytest.raises(SceneError) as refused:
+        parse_scene(data)
+    first, second = refused.value.problems
+    assert first.startswith("bodies.rotor.sections[0].outer_radius_m: ")
+    assert second.startswith("bearings[0].stiffness_n_per_m[1]: ")
+
+
+def _ring(data, **more):
+    """A scene with a bearing more, and interfaces of both ends."""
+    place = data["bearings"][0]["first"]
+    return data | {"bearings": [*data["bearings"], {"name": "ring", "first": place} | more]}
+
+
+def test_a_bearing_at_many_places_is_as_many_bearings(small_scene):
+    """The same scene as with each of them written, by its hash; laws and ends go along."""
+    data = small_scene()
+    places = [b["first"] for b in data["bearings"]]
+    seal = {"stiffness_n_per_m": [[1e6, 2e5], [-2e5, 1e6]], "damping_n_s_per_m": 30.0}
+    once = parse_scene(_ring(data, first=places, **seal))
+    each = [{"name": f"ring_{p.partition('.')[2]}", "first": p} | seal for p in places]
+    written = parse_scene(data | {"bearings": [*data["bearings"], *each]})
+    assert len(once.bearings) == len(data["bearings"]) + len(places) > 3
+    assert scene_hash(once) == scene_hash(written)
+    assert [b.key for b in once.bearings[-2:]] == [f"bearings[{len(data['bearings'])}]"] * 2
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ({"first": []}, "first has 0 places"),
+        ({"second": ["ground", "ground", "ground"], "first": ["a.b", "a.c"]}, "second has 3"),
+        ({"first": ["rotor.nowhere", "rotor.away"]}, "first: no interface 'rotor.nowhere'"),
+        ({"first": ["rotor.nowhere", 3]}, "first: Input should be a valid string"),
+    ],
+)
+def test_wrong_places_of_a_bearing_are_told_at_its_entry(small_scene, more, said):
+    data = small_scene()
+    with pytest.raises(SceneError) as refused:
+        parse_scene(_ring(data, **more))
+    assert refused.value.problems[0].startswith(f"bearings[{len(data['bearings'])}]")
+    assert said in refused.value.problems[0]
+
+
+def test_a_choice_is_proposed(small_scene):
+    with pytest.raises(SceneError, match="found 'harmnic'; did you mean 'harmonic'"):
+        parse_scene(small_scene() | {"model": {"level": "harmnic"}})

@@ -72,7 +72,7 @@ def modes(rotor, plan):
 def response(rotor, at, plan):
     """ux, uy at nodes, shape (speeds, nodes, 2)."""
     found = rotor.run_unbalance_response(
-        at[plan["at"]], plan["moment"], plan["phase"], frequency=plan["speeds"]
+        at[plan["at"]], plan["moment"], plan["phase"], plan["speeds"]
     )
     rows = 6 * np.array([at[name] for name in plan["read"]])
     values = np.stack((found.forced_resp[rows], found.forced_resp[rows + 1]), axis=-1)
@@ -111,6 +111,7 @@ def shapes(rotor):
 def refused(rotor):
     """Functions that need ROSS's own shaft elements, and what they say."""
     names = ("run_static", "run_ucs", "run_level1", "run_crack", "run_misalignment", "save")
+    names += tuple(n for n in ("refine", "refine_mesh", "run_with_motor") if hasattr(rotor, n))
     calls = {name: lambda name=name: getattr(rotor, name)("x") for name in names}
     calls["synchronous"] = lambda: rotor.run_modal(0.0, synchronous=True)
     calls["torsion"] = lambda: rotor.run_campbell([0.0, 1.0], torsional_analysis=True)

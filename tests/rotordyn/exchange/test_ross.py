@@ -1,4 +1,4 @@
-"""The written files in ROSS 2.3.0, in its own environment: one process for all that is asked."""
+"""The written files in ROSS, in its own environment: one process for all that is asked."""
 
 from __future__ import annotations
 
@@ -160,7 +160,7 @@ def ross(request, tmp_path_factory):
     (folder / "cases.json").write_text(json.dumps(cases))
     run(Path(__file__).with_name("ross_run.py"), "cases.json", "values.json", folder=folder)
     found = json.loads((folder / "values.json").read_text())
-    assert found["version"] == "2.3.0"
+    assert found["version"] in ("2.3.0", "3.1.0")
     assert not list(folder.rglob("harm"))
     return found["values"], ours
 
@@ -282,7 +282,7 @@ def test_mass_properties(ross, lateral_shaft):
 
 def test_functions_that_need_shaft_elements_stop(ross):
     said = ross[0]["free"]["refused"]
-    assert len(said) == 8 and all("own shaft elements" in text for text in said.values())
+    assert len(said) >= 8 and all("own shaft elements" in text for text in said.values())
 
 
 def test_file_runs(ross, lateral_shaft):
