@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from solidwhirl.analyses.base import reference_ranges_rad_s
-from solidwhirl.analyses.stability_summary import Stability
+from solidwhirl.analyses.base import Stability, reference_ranges_rad_s
 from solidwhirl.build import with_changes
 from solidwhirl.cache.files import MemoryStore, StageStore
 from solidwhirl.core.displays import indented

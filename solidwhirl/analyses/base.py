@@ -18,16 +18,15 @@ from solidwhirl.core.fields import MOST, Count, FileName, Name, NotNegative, Pla
 from solidwhirl.core.outcome import OTHERS, Drawing, Outcome, PageSection, Write
 from solidwhirl.core.plain_data import Labels, plain_data, tabled
 from solidwhirl.rotordyn.core.arrays import FloatArray
-from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
+from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
 from solidwhirl.rotordyn.modes.damping import DampingRule
 from solidwhirl.rotordyn.plots.chart import Chart
 
 if TYPE_CHECKING:
-    from solidwhirl.analyses.stability_summary import Stability
     from solidwhirl.rotordyn import AssembledSystem, Campbell
     from solidwhirl.rotordyn.asymmetric import RotatingSystem
     from solidwhirl.rotordyn.run_up.integration import PartRun
-    from solidwhirl.rotordyn.stability.intervals import StabilityChart
+    from solidwhirl.rotordyn.stability.intervals import StabilityChart, UnstableInterval
 
 Points = Annotated[Count, Field(ge=2, le=20001)]
 Places = Annotated[tuple[Place, ...], Field(min_length=1, max_length=MOST)]
@@ -154,6 +153,29 @@ def reference_ranges_rad_s(operating: Iterable[Operating]) -> dict[str, tuple[fl
     """Return operating speeds as speeds of the reference shaft, by what a legend says."""
     ranges = ((o.text, o.reference_rpm) for o in given_speeds(operating))
     return {text: (low * RAD_S_PER_RPM, high * RAD_S_PER_RPM) for text, (low, high) in ranges}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Stability:
+    """Where a system is unstable, and how its first modes are damped where it operates."""
+
+    #: Range of speeds looked at, of the reference shaft
+    low_rpm: float
+    high_rpm: float
+    #: Where it is unstable, by rising speed
+    intervals: tuple[UnstableInterval, ...]
+    #: Entries of `at_operating`, one for each end of the operating speeds of each shaft
+    at_operating: tuple[dict[str, Any], ...]
+
+    @property
+    def stable(self) -> bool:
+        """Whether nothing grows in the whole range."""
+        return not self.intervals
+
+    @property
+    def unstable_from_rpm(self) -> float | None:
+        """Lowest speed at which something grows; None if nothing does."""
+        return min((i.low_rad_s * RPM_PER_RAD_S for i in self.intervals), default=None)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from solidwhirl.analyses.base import Operating, decrements
+from solidwhirl.analyses.base import Operating, Stability, decrements
 from solidwhirl.rotordyn import AssembledSystem
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.plots.chart import whirl_name
@@ -21,29 +20,6 @@ from solidwhirl.rotordyn.stability.whirl_decrements import WhirlDecrements, whir
 
 # So slow that a system is as at rest.
 _REST_RAD_S = 1e-6
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Stability:
-    """Where a system is unstable, and how its first modes are damped where it operates."""
-
-    #: Range of speeds looked at, of the reference shaft
-    low_rpm: float
-    high_rpm: float
-    #: Where it is unstable, by rising speed
-    intervals: tuple[UnstableInterval, ...]
-    #: Entries of `at_operating`, one for each end of the operating speeds of each shaft
-    at_operating: tuple[dict[str, Any], ...]
-
-    @property
-    def stable(self) -> bool:
-        """Whether nothing grows in the whole range."""
-        return not self.intervals
-
-    @property
-    def unstable_from_rpm(self) -> float | None:
-        """Lowest speed at which something grows; None if nothing does."""
-        return min((i.low_rad_s * RPM_PER_RAD_S for i in self.intervals), default=None)
 
 
 def stability_of(

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from solidwhirl.analyses.base import Operating, given_speeds
-from solidwhirl.analyses.stability_summary import Stability, covering, interval_text
+from solidwhirl.analyses.base import Operating, Stability, given_speeds
+from solidwhirl.analyses.stability_summary import covering, interval_text
 from solidwhirl.core.joint_states import JointState
 from solidwhirl.rotordyn.campbell.branches import TrackingNote
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S

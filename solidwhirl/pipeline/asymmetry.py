@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from solidwhirl.analyses.asymmetric import resonance_document
-from solidwhirl.analyses.base import Operating
-from solidwhirl.analyses.stability_summary import Stability, covering, whirl_document
+from solidwhirl.analyses.base import Operating, Stability
+from solidwhirl.analyses.stability_summary import covering, whirl_document
 from solidwhirl.estimates.results import Estimates, free_errors, unestimated
 from solidwhirl.rotordyn import AssembledSystem, Campbell, CriticalSpeed, Modes, Superelement
 from solidwhirl.rotordyn.asymmetric import (

@@ -8,8 +8,9 @@ from functools import cache, partial
 from typing import Any
 
 from solidwhirl.analyses import base as analyses
+from solidwhirl.analyses.base import Stability
 from solidwhirl.analyses.kinds.level_comparison import LevelResults
-from solidwhirl.analyses.stability_summary import Stability, intervals_up_to, stability_of
+from solidwhirl.analyses.stability_summary import intervals_up_to, stability_of
 from solidwhirl.beams.scene_bodies import BeamBodies
 from solidwhirl.bodies.couplings import places_looked_at
 from solidwhirl.bodies.reduction import BodyResult, request_of

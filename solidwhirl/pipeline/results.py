@@ -8,8 +8,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from solidwhirl import rotordyn as rd
-from solidwhirl.analyses.base import Operating
-from solidwhirl.analyses.stability_summary import Stability
+from solidwhirl.analyses.base import Operating, Stability
 from solidwhirl.bodies.reduction import BodyResult
 from solidwhirl.bodies.refinement import Round
 from solidwhirl.core.check_report import checks_line, failed

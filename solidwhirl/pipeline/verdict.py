@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from solidwhirl.analyses.base import Operating
-from solidwhirl.analyses.stability_summary import Stability, interval_document
+from solidwhirl.analyses.base import Operating, Stability
+from solidwhirl.analyses.stability_summary import interval_document
 from solidwhirl.estimates.documents import coupling_effect
 from solidwhirl.pipeline.alarms import Alarm
 from solidwhirl.rotordyn.modes.kinds import moves_laterally, shares_in

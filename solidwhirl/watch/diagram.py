@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from solidwhirl.analyses.stability_summary import Stability, interval_document
+from solidwhirl.analyses.base import Stability
+from solidwhirl.analyses.stability_summary import interval_document
 from solidwhirl.core.blocks import Table
 from solidwhirl.core.stages import silent
 from solidwhirl.drawing.bodies import silhouettes

@@ -9,8 +9,8 @@ from typing import Any, Literal
 import numpy as np
 
 from solidwhirl.analyses import base
+from solidwhirl.analyses.base import Stability
 from solidwhirl.analyses.stability_summary import (
-    Stability,
     interval_document,
     interval_text,
     whirl_document,

@@ -9,9 +9,8 @@ import pytest
 from beam_scene import beam_scene
 from engine_parts import RIGID, RPM
 
-from solidwhirl.analyses.base import Operating
+from solidwhirl.analyses.base import Operating, Stability
 from solidwhirl.analyses.responses.run_up import complexity_chart
-from solidwhirl.analyses.stability_summary import Stability
 from solidwhirl.batch.rows import verdict_scalars
 from solidwhirl.console.summary import doubt_lines
 from solidwhirl.core.errors import SceneError
