@@ -227,13 +227,14 @@ def test_a_bar_of_hexahedra_converges_to_the_closed_form(folder):
     exact = np.sqrt(2e11 / 8000.0) / 0.8
     errors = [axial_frequency(bar(folder, (1, 1, along))) / exact - 1.0 for along in (6, 12)]
     assert 0.0 < errors[1] < 1e-4
-    # second-order elements: errors of frequencies fall with the fourth power of their length
-    assert 12.0 < errors[0] / errors[1] < 20.0
+    # second-order elements: errors of frequencies fall with the fourth power of their length; of
+    # this motion faster, as the cut has the symmetry of the bar
+    assert errors[0] / errors[1] > 12.0
     # Euler's and Bernoulli's beam bounds bending from above; rotary inertia and shear take a part
     bending = 22.3733 / (2.0 * np.pi * 0.4**2) * np.sqrt(2e11 / 8000.0) * 0.02 / np.sqrt(12.0)
     fine = bar(folder, (2, 2, 12)).free_frequencies_hz[:2]
-    # the section is square, though its cut into tetrahedra is not: 2.4e-4 here, as h^4
-    assert fine[1] == pytest.approx(fine[0], rel=1e-3)
+    # the section is square, and so is its cut into tetrahedra
+    assert fine[1] == pytest.approx(fine[0], rel=1e-9)
     assert 0.97 * bending < fine.mean() < bending
 
 
