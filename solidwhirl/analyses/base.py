@@ -23,7 +23,6 @@ from solidwhirl.rotordyn.modes.damping import DampingRule
 from solidwhirl.rotordyn.plots.chart import Chart
 
 if TYPE_CHECKING:
-    from solidwhirl.analyses.stability_summary import Stability
     from solidwhirl.rotordyn import AssembledSystem, Campbell
     from solidwhirl.rotordyn.asymmetric import RotatingSystem
     from solidwhirl.rotordyn.run_up.integration import PartRun
@@ -160,7 +159,8 @@ class Engine:
     #: Damping over speeds (s,) of the reference shaft, rad/s, of modes up to a frequency, Hz
     damping: Callable[[FloatArray, float], StabilityChart]
     #: Where it is unstable up to a speed of the reference shaft, rpm, and damping where it operates
-    stability: Callable[[float], Stability]
+    #: (`solidwhirl.analyses.stability_summary.Stability`)
+    stability: Callable[[float], Any]
     #: Results of this engine, and of the one with its bodies on a level
     #: (`solidwhirl.analyses.kinds.level_comparison.LevelResults`)
     levels: Callable[[str], tuple[Any, Any]]
