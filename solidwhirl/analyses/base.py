@@ -214,7 +214,8 @@ class Engine:
     #: Damping over speeds (s,) of the reference shaft, rad/s, of modes up to a frequency, Hz
     damping: Callable[[FloatArray, float], StabilityChart]
     #: Where it is unstable up to a speed of the reference shaft, rpm, and damping where it operates
-    stability: Callable[[float], Stability]
+    #: (`solidwhirl.analyses.stability_summary.Stability`)
+    stability: Callable[[float], Any]
     #: Results of this engine, and of the one with its bodies on a level
     #: (`solidwhirl.analyses.kinds.level_comparison.LevelResults`)
     levels: Callable[[str], tuple[Any, Any]]

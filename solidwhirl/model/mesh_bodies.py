@@ -30,6 +30,9 @@ from solidwhirl.scene.records import Scene
 
 # Smallest edge that curvature may ask for in a STEP file, over the largest, unless it is given.
 _SMALLEST = 0.2
+# Elements of the mesh that tells whether a geometry is of revolution, over those asked for, and its
+# edges around: fewer make no circle.
+_COARSE, _EDGES = 3.0, 16
 # What the mesh of a sector may lose of the volume of its geometry: periodic faces can go wrong.
 _LOST = 0.01
 
@@ -145,12 +148,20 @@ def _built(scene: Scene, name: str, spec: MeshBodySpec) -> MeshedBody:
 
     with _named(name):
         request = _request(spec, scene_materials(scene))
-        # the mesh tells; that of a geometry is not known yet
-        is_open = request.shape == "round" and spec.symmetry == "auto" and request.step is None
-        if is_open and not is_round(_mesh(request, name)):
+        is_open = request.shape == "round" and spec.symmetry == "auto"
+        if is_open and not is_round(_mesh(_coarse(request), name)):
             request = replace(request, shape="asymmetric")
         disks = tuple(RigidDisk(**d.model_dump()) for d in spec.rigid_disks)
         return _body(name, request, disks)
+
+
+def _coarse(request: MeshRequest) -> MeshRequest:
+    """A geometry with few elements, whose shape tells as well whether it is of revolution."""
+    if request.step is None:
+        return request
+    sizes = (_COARSE * request.step.size_m, _COARSE * request.step.smallest_m)
+    around = max(request.step.around, _EDGES)
+    return replace(request, step=StepSize(size_m=sizes[0], smallest_m=sizes[1], around=around))
 
 
 @lru_cache(maxsize=16)

@@ -54,7 +54,7 @@ class StabilitySpec(base.Sweep):
         speeds = self.speeds_rad_s
         highest = self.frequency_max_hz or _highest_frequency_hz(engine, self)
         chart = engine.damping(speeds, highest)
-        stability = engine.stability(self.to_rpm)
+        stability: Stability = engine.stability(self.to_rpm)
         first = stability.intervals[0] if stability.intervals else None
         document: dict[str, Any] = {
             "speed_rpm": (speeds * RPM_PER_RAD_S).tolist(),

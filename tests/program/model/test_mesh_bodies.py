@@ -9,6 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import gmsh
 import meshio
 import numpy as np
 import pytest
@@ -436,3 +437,41 @@ def test_two_ranks_give_the_same(folder, tmp_path):
         found.append(np.array(document["campbell"]["frequency_hz"]))
     # sums of many ranks round in another order
     assert found[0] == pytest.approx(found[1], rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("cut_mm", "shape"),
+    [
+        (None, "round"),
+        ((21.0, -50.0, -1.0, 50.0, 100.0, 302.0), "asymmetric"),  # a flat along all of it
+        ((26.0, -2.5, 280.0, 50.0, 5.0, 30.0), "asymmetric"),  # a notch in one end face
+    ],
+)
+def test_a_geometry_says_itself_whether_it_is_of_revolution(tmp_path, cut_mm, shape):
+    """A shaft of 60 mm, and what a box takes from it (corner and edges)."""
+    gmsh.initialize(interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        solid = [(3, gmsh.model.occ.addCylinder(0, 0, 0, 0, 0, 300, 30))]
+        if cut_mm is not None:
+            gmsh.model.occ.cut(solid, [(3, gmsh.model.occ.addBox(*cut_mm))])
+        gmsh.model.occ.synchronize()
+        gmsh.write(str(tmp_path / "shaft.step"))
+    finally:
+        gmsh.finalize()
+    ends = [
+        {"name": name, "box_m": [[-0.1, -0.1, z - 1e-6], [0.1, 0.1, z + 1e-6]]}
+        for name, z in (("left", 0.0), ("right", 0.3))
+    ]
+    body = {"file": "shaft.step", "length_unit": "mm", "material": "steel", "size_m": 0.02}
+    data = {
+        "name": "shaft",
+        "speeds": {"to_rpm": 6000.0, "count": 2},
+        "mesh_bodies": {"rotor": body | {"interfaces": ends}},
+        "bearings": [
+            {"name": end, "first": f"rotor.{end}", "stiffness_n_per_m": 1e8}
+            for end in ("left", "right")
+        ],
+    }
+    (found,) = build_mesh_bodies(parse_scene(data, folder=tmp_path)).values()
+    assert found.request.shape == shape
