@@ -177,6 +177,7 @@ def drawn(path, bore_mm, hub="hub"):
     import gmsh
 
     with gmsh_session():
+        gmsh.option.setString("Geometry.OCCTargetUnit", "MM")  # that of a session before stays
         occ = gmsh.model.occ
         occ.addCylinder(0, 0, 0, 0, 0, 100, 10)
         ring = occ.addCylinder(0, 0, 40, 0, 0, 20, 30)

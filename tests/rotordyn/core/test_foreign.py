@@ -12,7 +12,7 @@ import pytest
 
 from solidwhirl.rotordyn.core.foreign import Allowance, ForeignError, in_child, regular_bytes
 
-LIMITS = {"seconds": 1, "memory_bytes": 1 << 28, "refused": KeyError}
+LIMITS = {"seconds": 3, "memory_bytes": 1 << 28, "refused": KeyError}
 
 
 def test_regular_files_alone_are_read(tmp_path):
