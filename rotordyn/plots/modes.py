@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray
+from solidwhirl.rotordyn.modes.kinds import motion_words
 from solidwhirl.rotordyn.modes.mode_shapes import BodyShape, ModeShapes
 from solidwhirl.rotordyn.modes.participation import Participation
 from solidwhirl.rotordyn.plots import chart as charts
@@ -111,8 +112,10 @@ def frame_curves(frame: FrameCurves) -> list[charts.Curve]:
 def mode_names(shapes: ModeShapes) -> list[str]:
     """Return what modes are called: number, frequency and whirl."""
     return [
-        f"mode {mode_name(shapes.numbers, k)}, {charts.hertz_text(f)}, {w}"
-        for k, (f, w) in enumerate(zip(shapes.frequency_hz, shapes.whirl, strict=True))
+        f"mode {mode_name(shapes.numbers, k)}, {charts.hertz_text(f)}, {motion_words(w, s)}"
+        for k, (f, w, s) in enumerate(
+            zip(shapes.frequency_hz, shapes.whirl, shapes.shares, strict=True)
+        )
     ]
 
 

@@ -205,6 +205,8 @@ def _read(file: Any) -> tuple[BatchRow, ...]:
         document |= {key: columns[key][k].item() for key in (*counts, *_NUMBERS)}
         for key in (*_CRITICAL, *critical_words):
             document[key] = columns[key][k, :critical].tolist()
+        if not any(document.get("critical_kind", ())):  # as of earlier releases
+            document["critical_kind"] = []
         for key in motions:
             own = [m[~np.isnan(m)].tolist() for m in columns[key][k]]
             document[key] = [motion for motion in own if motion]

@@ -287,10 +287,10 @@ def _critical_speeds(results: Results, places: Sequence[str]) -> dict[str, list[
         critical = entry.critical
         modes = _modes(results, critical.speed_rad_s, places)
         mode = min(modes, key=lambda m: abs(m.value - critical.frequency_hz))
-        if any(ratios[shaft] * mode.family > 0.0 for shaft in entry.excited_by):
+        if any(ratios[shaft] * mode.family > 0.0 for shaft in entry.shafts):
             rpm = critical.speed_rad_s * RPM_PER_RAD_S
             error = math.nan if estimates is None else float(estimates.critical_speeds.total[k])
-            own = by_shaft.setdefault(", ".join(entry.excited_by), [])
+            own = by_shaft.setdefault(", ".join(entry.shafts), [])
             own.append(replace(mode, value=rpm, error=error))
     return by_shaft
 

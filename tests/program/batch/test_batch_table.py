@@ -382,8 +382,14 @@ def test_row_of_a_rigid_body_on_springs_in_closed_form(rigid_case, number):
 
 DOCUMENT = {
     "critical_speeds": [
-        {"speed_rpm": 900.0, "frequency_hz": 15.0, "whirl": "forward"},
-        {"speed_rpm": 600.0, "frequency_hz": 10.0, "whirl": None, "frequency_error_estimate": 1e-3},
+        {"speed_rpm": 900.0, "frequency_hz": 15.0, "whirl": "forward", "kind": "lateral"},
+        {
+            "speed_rpm": 600.0,
+            "frequency_hz": 10.0,
+            "whirl": None,
+            "kind": "torsional",
+            "frequency_error_estimate": 1e-3,
+        },
     ],
     "campbell": {"speed_rpm": [0.0], "frequency_hz": [[None]], "log_decrement": [[None]]},
     "invariants": [
@@ -422,6 +428,7 @@ def test_row_of_a_document_with_nulls_and_a_failed_check(rigid_case):
     }
     assert row.critical_speed_rpm == (600.0, 900.0)
     assert row.critical_whirl == ("", "forward")
+    assert row.critical_kind == ("torsional", "lateral")
     np.testing.assert_array_equal(row.critical_error_estimate, [1e-3, NAN])
     np.testing.assert_array_equal(row.campbell_frequency_hz, [[NAN]])
     assert np.isnan(row.peak_memory_gib)
@@ -453,7 +460,7 @@ EXCITED = {
     "front.largest_force_n": 5.0,
 }
 MARGIN = {"shaft": "r", "margin": -0.3, "required_api_617": 0.1, "verdict_api_617": "ok"}
-MARGIN |= {"excited": True}
+MARGIN |= {"exciters": ["unbalance"]}
 INSIDE = {"required_api_617": None, "verdict_api_617": "inside margin"}
 STRESSED = {"largest_displacement_m": 1e-3, "steady": None}
 STRESSED |= {"dynamic": {"largest_von_mises_pa": 1e6}, "total": {"largest_von_mises_pa": 2e6}}
@@ -494,7 +501,7 @@ RESPONSES = [
             "margins": [
                 MARGIN,
                 # no unbalance excites this one, which is the nearest
-                MARGIN | {"margin": 0.01, "verdict_api_617": "inside margin", "excited": False},
+                MARGIN | {"margin": 0.01, "verdict_api_617": "inside margin", "exciters": []},
                 MARGIN | {"shaft": "s", "margin": 0.0} | INSIDE,
                 MARGIN | {"margin": 0.15, "required_api_617": 0.2},
             ],
