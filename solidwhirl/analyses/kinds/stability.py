@@ -57,7 +57,8 @@ class StabilitySpec(base.Sweep):
         highest = self.frequency_max_hz or _highest_frequency_hz(engine, self)
         chart = damping_of(engine.system, speeds, highest)
         intervals = intervals_up_to(engine.system, self.to_rpm)
-        stability = stability_of(engine.system, self.to_rpm, engine.operating, intervals)
+        operating = base.given_speeds(engine.operating)
+        stability = stability_of(engine.system, self.to_rpm, operating, intervals)
         first = stability.intervals[0] if stability.intervals else None
         document: dict[str, Any] = {
             "speed_rpm": (speeds * RPM_PER_RAD_S).tolist(),
