@@ -183,7 +183,7 @@ class LawPart(NamedTuple):
     """A law on two motions: its rows over ux to rz, (2, 6), and the law."""
 
     rows: FloatArray
-    law: TableLaw
+    law: SpeedLaw
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)

@@ -107,8 +107,9 @@ def close_rows(
         if step[bad].min() < _NARROWEST * highest_rad_s:
             where = speeds[:-1][bad][np.argmin(step[bad])] * RPM_PER_RAD_S
             raise AnalysisError(
-                f"at {where:.6g} rpm the stiffness or damping leaps or has a steep corner, which "
-                f"no table follows to {tolerance:g}; end the speeds below, or load the bearing more"
+                f"at {where:.6g} rpm stiffness or damping leap, as where the last balls beside one "
+                f"lose contact; no table follows to {tolerance:g}; end the speeds below, or load "
+                "the bearing more"
             )
         # a step much longer than one beside it, or than one that is halved, makes a poor spline
         shorter = np.where(bad, 0.5 * step, step)

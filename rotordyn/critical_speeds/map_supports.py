@@ -10,7 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from solidwhirl.rotordyn.assembly.bearing_laws import (
+    LawPart,
     OfAnotherLaw,
+    RingLaw,
     SpeedLaw,
     law_motions,
     law_pieces,
@@ -83,7 +85,11 @@ def uncoupled_supports(
         law, by_frequency = bearing.speed_law, frequency_law(bearing.speed_law)
         if by_frequency is not None:
             law = by_frequency.at_whirl_ratio(abs(ratio / law_speed_ratio(system, bearing)))
-        if law is not None and (len(law_motions(law)) != 2 or not hasattr(law, "pieces")):
+        if isinstance(law, RingLaw):
+            # symmetric as it is; of each part without damping
+            parts = (LawPart(rows, _UncoupledLaw(law=own)) for rows, own in law.parts)
+            law = dataclasses.replace(law, parts=tuple(parts))
+        elif law is not None and (len(law_motions(law)) != 2 or not hasattr(law, "pieces")):
             raise AnalysisError(
                 f"bearing {bearing.name!r}: its law {law.name!r} is not one of ux and uy over the "
                 "speed; name it among the bearings of the map, which replaces it"
@@ -92,7 +98,7 @@ def uncoupled_supports(
             key: 0.5 * (getattr(bearing, key) + getattr(bearing, key).T)
             for key in ("stiffness_n_per_m", "tilt_stiffness_n_m_per_rad")
         }
-        law = None if law is None else _UncoupledLaw(law=law)
+        law = law if law is None or isinstance(law, RingLaw) else _UncoupledLaw(law=law)
         return dataclasses.replace(bearing, **own, speed_law=law, sensor=None)
 
     bearings = tuple(changed(bearing) for bearing in system.bearings)

@@ -404,7 +404,10 @@ class Scene(Record):
         same = {ratio: name for name, ratio in reversed(ratios.items())}
         trains = {name: list(ratios).index(same[ratio]) for name, ratio in ratios.items()}
         for gear in self.gears:
-            first, second = (trains[end.partition(".")[0]] for end in (gear.first, gear.second))
+            ends = (gear.first, gear.second)
+            first, second = (trains.get(end.partition(".")[0]) for end in ends)
+            if first is None or second is None:
+                continue  # refused elsewhere
             trains = {name: first if own == second else own for name, own in trains.items()}
         return trains
 
