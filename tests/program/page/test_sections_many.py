@@ -82,7 +82,9 @@ MARGIN = {
 def margins(count, missed):
     rows = []
     for k in range(count):
-        own = {"critical_speed_rpm": 100.0 * k, "excited": k != 3}
+        exciters = [] if k == 3 else ["unbalance"]
+        own = {"critical_speed_rpm": 100.0 * k, "exciters": exciters, "kind": "lateral"}
+        own["excited_why"] = "orbits are circles that turn against the shaft"
         rows.append(MARGIN | own | {"verdict_api_617": "inside margin" if k in missed else "ok"})
     return {
         "operating": [{"shaft": "a", "from_rpm": 900.0, "to_rpm": 1100.0}],
@@ -93,15 +95,16 @@ def margins(count, missed):
 
 
 def test_margins_begin_with_the_verdict_of_the_chosen_method():
-    text, chart, table, damped = margin_blocks("m", margins(30, {4, 7}))
+    text, chart, table, rest, damped = margin_blocks("m", margins(30, {4, 7}))
     assert isinstance(chart, ChartRecord)
     assert text.kind == "warning" and text.text == "**FAIL by API 617** (`m`): because."
-    assert len(table.rows) == 30 and table.folded == "Separation margins (30)"
-    assert [row[1] for row in table.rows if not row[3]] == ["300.0"]
+    assert len(table.rows) == 29 and table.folded == "Separation margins (29)"
+    assert [row[1] for row in rest.rows] == ["300.0"] and "not judged (1)" in rest.folded
+    assert "against the shaft" in rest.rows[0][-1]
     assert len(damped.rows) == 1 and damped.folded
-    text, _, table, _ = margin_blocks("m", margins(12, set()))
+    text, _, table, *_ = margin_blocks("m", margins(12, set()))
     assert text.kind == "plain" and text.text.startswith("**Pass by API 617**")
-    assert len(table.rows) == 12 and not table.folded
+    assert len(table.rows) == 11 and not table.folded
     none = margins(0, set()) | {"critically_damped": []}
     none["verdict"] |= {"method": "percent", "percent": 15.0}
     (text,) = margin_blocks("m", none)

@@ -129,7 +129,7 @@ def test_free_motions_have_no_error(measurement):
     frequency[0] = 1e-9
     free = type(diagram)(
         **{n: getattr(diagram, n) for n in ("speeds_rad_s", "eigenvalues", "log_decrement")},
-        **{n: getattr(diagram, n) for n in ("whirl", "overlap", "notes")},
+        **{n: getattr(diagram, n) for n in ("whirl", "shares", "overlap", "notes")},
         frequency_hz=frequency,
     )
     assert held_branches(free).tolist() == [False, True, True, True]
