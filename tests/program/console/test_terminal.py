@@ -371,5 +371,5 @@ def test_a_run_in_a_terminal(tmp_path, path):
     assert shown.rindex("\x1b[?25h") > shown.rindex("\x1b[?25l")  # and shown again
     table = shown[shown.rindex("\x1b[?25h") :]
     assert "19.54" in table
-    assert "backward" not in table and "1 not excited by unbalance" in table
+    assert "□ backward" not in table and "not excited by unbalance" in table
     assert "● forward" in table
