@@ -76,10 +76,13 @@ def _craig_bampton(element: Superelement, held: BoolArray, free: IntArray) -> Fl
     if all(np.abs(a).max(initial=0.0) <= small for a in rest[:2]) and not rest[2].any():
         return basis
     try:
-        basis[np.ix_(free, held)] = -la.solve(stiffness, across, assume_a="sym")
-        basis[inside] = la.eigh(stiffness, mass)[1]
-    except la.LinAlgError:  # what no interface holds
-        return np.eye(element.size)
+        values, modes = la.eigh(stiffness, mass)
+    except la.LinAlgError:  # no mass inside
+        return basis
+    if values[0] <= values.size * np.finfo(float).eps * values[-1]:  # what no interface holds
+        return basis
+    basis[np.ix_(free, held)] = -modes @ (modes.T @ across / values[:, None])
+    basis[inside] = modes
     return basis
 
 

@@ -212,7 +212,8 @@ def test_superelement_page_names_every_part_of_a_file(tmp_path):
         attributes |= set(file.attrs) | set(file["operators/M"].attrs)
     # json of the provenance is an attribute in a short file
     listed = set(re.findall(r"^\| `(\w+/\w+)` \|", text, re.MULTILINE))
-    assert listed == datasets
+    # error forms have a table of their own: their parts differ by body
+    assert listed == {name for name in datasets if not name.startswith("error_forms/")}
     assert not [name for name in sorted(attributes) if f"`{name}`" not in text]
 
 

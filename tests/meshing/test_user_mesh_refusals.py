@@ -30,11 +30,10 @@ def unmerged():
 def without_pyramids():
     """A hexahedron under tetrahedra whose common face is cut along the other diagonal."""
     points, hexahedra = brick((1.0, 1.0, 2.0), (1, 1, 2))
-    key = points @ [100.0, 10.0, 1.0]
-    mirror = np.array([np.flatnonzero(key == 100.0 - 200.0 * p[0] + k)[0]
-                       for p, k in zip(points, key, strict=True)])  # fmt: skip
-    cut = as_tetrahedra(file_mesh(points[mirror], hexahedron=mirror[hexahedra])).cells[:, :4]
-    tetrahedra = mirror[cut]
+    mirrored = points * [-1.0, 1.0, 1.0] + [1.0, 0.0, 0.0]
+    turned = hexahedra[:, [1, 0, 3, 2, 5, 4, 7, 6]]
+    cut = as_tetrahedra(file_mesh(mirrored, hexahedron=turned)).cells[:, :4]
+    tetrahedra = cut[:, [1, 0, 2, 3]]
     upper = points[tetrahedra].mean(axis=1)[:, 2] > 1.0
     return file_mesh(points, hexahedron=hexahedra[:1], tetra=tetrahedra[upper])
 
