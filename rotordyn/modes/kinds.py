@@ -8,12 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import scipy.linalg as la
 
-from solidwhirl.rotordyn.assembly.coordinates import Placed
 from solidwhirl.rotordyn.core.arrays import (
     BoolArray,
     ComplexArray,
@@ -22,6 +20,9 @@ from solidwhirl.rotordyn.core.arrays import (
     StringArray,
 )
 from solidwhirl.rotordyn.superelement.families import FAMILIES, family_form
+
+if TYPE_CHECKING:  # words of kinds are told where nothing is assembled
+    from solidwhirl.rotordyn.assembly.coordinates import Placed
 
 # A mode of one family has this share of the energy in it. By Rayleigh's quotient a model with that
 # family alone, all others held, finds its frequency within about half of the rest: 5 %.
@@ -77,7 +78,7 @@ def _parts(placed: Placed) -> tuple[_BodyPart, ...]:
         rows = placed.transformation[placed.body_slices[name]]
         columns = np.flatnonzero(rows.any(axis=0))
         form = family_form(rotor.element)
-        own = la.solve(form.basis, rows[:, columns])
+        own = np.linalg.solve(form.basis, rows[:, columns])
         found.append(_BodyPart(columns, own, form.mass, form.weights))
     return tuple(found)
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import scipy.linalg as la
 
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, IntArray
 from solidwhirl.rotordyn.superelement.record import Superelement
@@ -67,6 +66,8 @@ def family_form(element: Superelement) -> FamilyForm:
 
 def _craig_bampton(element: Superelement, held: BoolArray, free: IntArray) -> FloatArray:
     """Return the coordinates from those of interfaces and fixed-interface modes, (n, n)."""
+    import scipy.linalg as la  # names of families are told where nothing is solved
+
     basis = np.eye(element.size)
     inside = np.ix_(free, free)
     stiffness, mass = element.stiffness[inside], element.mass[inside]
@@ -77,7 +78,7 @@ def _craig_bampton(element: Superelement, held: BoolArray, free: IntArray) -> Fl
         return basis
     try:
         values, modes = la.eigh(stiffness, mass)
-    except la.LinAlgError:  # no mass inside
+    except np.linalg.LinAlgError:  # no mass inside
         return basis
     if values[0] <= values.size * np.finfo(float).eps * values[-1]:  # what no interface holds
         return basis
@@ -105,6 +106,8 @@ def free_frequencies_by_family(element: Superelement) -> dict[str, FloatArray]:
 
     Of its reduced matrices; each under the one of `FAMILIES` that has most of its kinetic energy.
     """
+    import scipy.linalg as la
+
     tied = np.eye(element.size) if element.constraint is None else element.constraint
     mass, stiffness = (tied.T @ a @ tied for a in (element.mass, element.stiffness))
     values, vectors = la.eigh(stiffness, mass)
@@ -113,7 +116,7 @@ def free_frequencies_by_family(element: Superelement) -> dict[str, FloatArray]:
     share = np.einsum("ij,jk,ik->i", onto, np.linalg.pinv(rigid.T @ mass @ rigid), onto)
     elastic = share < _RIGID
     form = family_form(element)
-    motion = la.solve(form.basis, tied @ vectors[:, elastic])
+    motion = np.linalg.solve(form.basis, tied @ vectors[:, elastic])
     largest = ((motion * (form.mass @ motion)).T @ form.weights).argmax(axis=1)
     hertz = np.sqrt(np.maximum(values[elastic], 0.0)) / (2.0 * np.pi)
     return {family: hertz[largest == k] for k, family in enumerate(FAMILIES)}

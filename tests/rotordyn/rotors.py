@@ -189,6 +189,7 @@ def with_axial_and_torsion(shaft, length_m, radius_m, first, second):
         recovery_modes=np.zeros((0, 3, shaft.size + 4)),
         spin_generator=grown(shaft.spin_generator, zero),
         moments=None,
+        error_forms=(),
     )
 
 
