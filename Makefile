@@ -67,7 +67,7 @@ check: setup ## lint, format, types and import rules
 verify: ## long comparisons: converged figures, other programs (installs calculix-ccx)
 	@tools/setup.sh verify
 	@tools/ross_environment.sh
-	@$(BIN)/python -m pytest -m verify
+	@$(BIN)/python -m pytest -m verify -n $(JOBS) --dist worksteal --durations=25
 
 paper: setup ## compute every table and figure of the paper, write docs/paper.md
 	@$(BIN)/python tools/paper
