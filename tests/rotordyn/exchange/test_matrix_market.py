@@ -95,7 +95,7 @@ def test_damage_is_named(tmp_path, message):
 
 
 DOCUMENT_BAD = {
-    "is not JSON": "{",
+    "is not valid JSON": "{",
     "format is 'None'": "{}",
     "frame: is 'rotating'": ("frame", "rotating"),
     "spin_axis: allowed is": ("spin_axis", [1, 0, 0]),

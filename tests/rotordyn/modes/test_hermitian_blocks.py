@@ -29,7 +29,7 @@ from solidwhirl.rotordyn.critical_speeds.map import critical_speed_map
 from solidwhirl.rotordyn.critical_speeds.search import count_critical_speeds
 from solidwhirl.rotordyn.exchange.multibody.body_fixed import body_fixed_form
 from solidwhirl.rotordyn.modes.modal_truncation import truncated_system
-from solidwhirl.rotordyn.modes.whirl import whirl_at_speed
+from solidwhirl.rotordyn.modes.whirl import motion_at_speed
 from solidwhirl.rotordyn.response.harmonic_response import harmonic_response, independent_loads
 from solidwhirl.rotordyn.response.unbalance import Unbalance, unbalance_response
 from solidwhirl.rotordyn.run_up.integration import run_up
@@ -131,7 +131,7 @@ def test_modes_are_the_same(case, speed):
     allowed = rounding(plain, np.abs(first.eigenvalues))
     assert (np.abs(second.eigenvalues - first.eigenvalues) <= allowed).all()
     assert second.zero_count == first.zero_count
-    whirl = [whirl_at_speed(s, m.shapes, m.eigenvalues, speed)
+    whirl = [motion_at_speed(s, m.shapes, m.eigenvalues, speed).whirl
              for s, m in ((plain, first), (other, second))]  # fmt: skip
     # of a pair at rest either may come first
     assert speed == 0.0 or (whirl[0] == whirl[1]).all()

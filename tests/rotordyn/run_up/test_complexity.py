@@ -144,7 +144,7 @@ def test_what_makes_no_sense_is_refused():
     nothing = dataclasses.replace(
         element, coordinates=tuple(element.coordinates[i] for i in modal), **parts,
         rigid_body_modes=element.rigid_body_modes[modal], spin_generator=None, moments=None,
-        recovery_modes=element.recovery_modes[:, :, modal],
+        recovery_modes=element.recovery_modes[:, :, modal], error_forms=(),
     )  # fmt: skip
     with pytest.raises(rd.SuperelementError, match="has no interface coordinates"):
         complexity.without_modes(nothing)
