@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 EXAMPLES = examples(
     "solidwhirl bearing pads.csv --out pads.toml --picture pads.png",
     'solidwhirl bearing rotor.toml --tag "Bearing 0" --csv bearing.csv',
-    "solidwhirl bearing --from-ross film.toml --speeds 3000:9000:1000 --ross-python R/bin/python",
+    "solidwhirl bearing --from-ross film.toml --speeds 3000:9000:1000",
 )
 _WIDTH_WITHOUT_TERMINAL = 140
 _MOST_ROWS = 60

@@ -108,7 +108,8 @@ def test_gear_torque_and_given_forces_at_two_speeds(tmp_path):
 
 REFUSED = {
     "no thrust bearing": (
-        {}, {"gravity_m_per_s2": [0, 0, -G]}, "gravity_m_per_s2: -9.80665 along z, but no body"),
+        {}, {"gravity_m_per_s2": [0, 0, -G]},
+        "gravity_m_per_s2: -9.80665 along z, but nothing holds a body along the axis"),
     "one bearing": (
         {"bearings": held("s", "AB")[:1]}, {}, "no bearing carries the weight of 's' along y"),
     "nothing": ({}, {"gravity_m_per_s2": [0, 0, 0]}, "there are no forces and no gears"),

@@ -30,7 +30,7 @@ PATH = f"{PROGRAM.parent}{os.pathsep}{os.environ['PATH']}"
         (b'name = "a"\nnotes = [\n', ["bad.toml:3:1: is not valid TOML"]),
         (b"\x00\x01\x02", ["is not valid TOML"]),
         (b"[" * 100_000, ["is not valid TOML"]),
-        (b"#" * 4_000_001, ["larger than 4000000 bytes"]),
+        (b"#" * 4_000_001, ["has 4000001 bytes, at most 4000000 are allowed"]),
     ],
 )
 def test_file_that_is_no_scene(invoke, content, said, refusal):

@@ -11,6 +11,7 @@ from solidwhirl.core.errors import USER_ERRORS
 # Caught where they are raised, and told as another error that is one of the user's.
 CAUGHT = {
     "CodecError",
+    "ForeignError",
     "InfeasibleError",
     "MeasuredFileError",
     "PlaceError",

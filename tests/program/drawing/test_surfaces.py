@@ -14,6 +14,7 @@ from still_surface import still_surface
 from solidwhirl.drawing.modes import critical_modes, pictured_modes
 from solidwhirl.drawing.motion import engine_in_space, mode_in_space, with_few_points
 from solidwhirl.drawing.surfaces import thinned
+from solidwhirl.rotordyn.modes.whirl import Excitation
 from solidwhirl.rotordyn.superelement.surface import outline_chains
 
 
@@ -70,9 +71,9 @@ def test_solid_surfaces_are_thinned_to_a_limit():
 
 
 def test_backward_and_forward_modes_at_one_critical_speed_are_both_shown():
-    """And a mode that two shafts excite there only once."""
+    """A mode that two shafts excite there only once; what unbalance excites comes first."""
 
-    def critical(whirl, speed=100.0):
+    def critical(whirl, speed=100.0, exciters=("unbalance",)):
         return SimpleNamespace(
             critical=SimpleNamespace(
                 speed_rad_s=speed,
@@ -80,16 +81,20 @@ def test_backward_and_forward_modes_at_one_critical_speed_are_both_shown():
                 whirl=whirl,
                 log_decrement=0.0,
                 shape=np.ones(4),
+                shares=np.array([1.0, 0.0, 0.0, 0.0]),
                 counts=lambda rule: speed < rule,
-            )
+            ),
+            excitation=Excitation(exciters, (), ""),
         )
 
     # what is critically damped is no critical speed; here all from 200 rad/s on
     scene = SimpleNamespace(criteria=SimpleNamespace(rule=200.0))
     found = [critical("backward"), critical("forward"), critical("forward")]
-    results = SimpleNamespace(scene=scene, critical_speeds=[*found, critical("forward", 300.0)])
+    found = [critical("straight", 50.0, ()), *found, critical("forward", 300.0)]
+    results = SimpleNamespace(scene=scene, critical_speeds=found)
     (shown,) = critical_modes(results)
-    assert shown.whirl == ("backward", "forward")
+    assert shown.whirl == ("backward", "forward", "straight")
+    assert [text.rpartition(", ")[2] for text in shown.texts] == list(shown.whirl)
 
 
 def test_bodies_without_a_surface_set_the_scale_too(twin):

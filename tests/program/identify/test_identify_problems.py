@@ -56,7 +56,7 @@ REFUSED = {
     r"settings\.starts: .*found 0": {"settings": {"starts": 0}},
     r"target: unknown key; did you mean 'targets'": {"target": []},
     r"parameters: .*at least 1": {"parameters": []},
-    r"none\.toml: can not be read": {"scene": "none.toml"},
+    r"none\.toml: no such file": {"scene": "none.toml"},
     # parameters
     r"parameters\[0\]\.upper: 0\.01 is not above lower": {"parameters": [RADIUS | {"upper": 0.01}]},
     r"parameters\[0\]\.start: 1 lies outside the bounds 0\.02 to 0\.2": {
