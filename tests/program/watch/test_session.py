@@ -135,7 +135,7 @@ def test_a_file_that_is_gone_is_told_and_taken_up_again(watched, scene_path):
     told.wait("picture", _whole)
     scene_path.unlink()
     (problem,) = told.wait("problems", lambda m: m["problems"])["problems"]
-    assert "no such file" in problem["text"]
+    assert "can not be read: No such file" in problem["text"]
     _save(scene_path, SCENE)
     assert told.wait("problems")["problems"] == []
     told.wait("picture", _whole)
