@@ -23,6 +23,8 @@ _LINKED = 1e-12
 _ROUNDING = 1e-9
 # A rigid motion has more than this share of the energy of a mode of a free body.
 _RIGID = 0.5
+# A mode whose surface moves in one way by more than this share (squared) moves in that way alone.
+_ALONE = 0.9
 
 
 class FamilyForm(NamedTuple):
@@ -44,7 +46,7 @@ def family_form(element: Superelement) -> FamilyForm:
     axial, others are lateral. Fixed-interface modes by the interface motions whose inertia excites
     them. A mode that none excites is told by how a turn about the axis changes it, if the body
     knows: not at all (torsional, or axial if points move along the axis), once (lateral), several
-    times (disk).
+    times (disk). If it does not know, it is a disk motion, but for bodies without interfaces.
     """
     held = np.array([c.kind == "interface" for c in element.coordinates], dtype=bool)
     free = np.flatnonzero(~held)
@@ -90,7 +92,8 @@ def _craig_bampton(element: Superelement, held: BoolArray, free: IntArray) -> Fl
 def _own_family(element: Superelement, mode: FloatArray) -> int:
     """Return the family of a mode that no interface excites, by what a turn of the body makes."""
     if element.spin_generator is None:
-        return FAMILIES.index("disk")
+        is_held = any(c.kind == "interface" for c in element.coordinates)
+        return FAMILIES.index("disk" if is_held else _family_by_surface(element, mode))
     turned = element.spin_generator @ mode
     squared = float(turned @ element.mass @ turned) / float(mode @ element.mass @ mode)
     turns = round(float(np.sqrt(max(squared, 0.0))))
@@ -99,6 +102,22 @@ def _own_family(element: Superelement, mode: FloatArray) -> int:
     moved = np.abs(element.recovery_modes @ mode)
     along = moved[:, 2].max(initial=0.0) > _ROUNDING * moved.max(initial=0.0)
     return FAMILIES.index("axial" if along else "torsional")
+
+
+def _family_by_surface(element: Superelement, mode: FloatArray) -> str:
+    """Return the family of a mode of a body of any shape without interfaces, by its surface.
+
+    Axial or torsional where nearly all motion is along or around the axis, lateral otherwise.
+    """
+    moved = element.recovery_modes @ mode
+    x, y = element.recovery_points_m[:, 0], element.recovery_points_m[:, 1]
+    around = x * moved[:, 1] - y * moved[:, 0]
+    radius = np.hypot(x, y)
+    around = np.divide(around, radius, out=np.zeros_like(around), where=radius > 0.0)
+    most = _ALONE * float((moved**2).sum())
+    if float(moved[:, 2] @ moved[:, 2]) > most > 0.0:
+        return "axial"
+    return "torsional" if float(around @ around) > most > 0.0 else "lateral"
 
 
 def free_frequencies_by_family(element: Superelement) -> dict[str, FloatArray]:

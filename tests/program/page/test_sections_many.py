@@ -161,6 +161,8 @@ def test_first_screen_comes_before_notes_and_inputs(laval):
 def law(name, xx, yy, cross=0.0, damping=1.0):
     """A bearing with a law from 0 to 1000 rpm, straight between the values at the ends."""
     stiffness = np.array([[[x, cross], [-cross, y]] for x, y in zip(xx, yy, strict=True)])
+    whole = np.zeros((len(xx), 6, 6))
+    whole[:, :2, :2] = stiffness
     return Law(
         bearing=name,
         law="lee",
@@ -168,6 +170,7 @@ def law(name, xx, yy, cross=0.0, damping=1.0):
         stiffness=stiffness,
         damping=np.array([np.eye(2), damping * np.eye(2)]),
         range_rpm=(100.0, 5000.0),
+        whole=whole,
     )
 
 

@@ -27,7 +27,10 @@ SCENES = Path(__file__).parents[3] / "scenes"
 )
 def test_formats(text, expected):
     assert chosen_formats(text) == expected
-    for wrong, message in (("jpg", "unknown 'jpg'; known are pdf, svg"), (",", "no format")):
+    allowed = "allowed are pdf, svg, png, gif, mp4"
+    for wrong, message in (
+        ("jpg", f"unknown 'jpg'; did you mean 'png'\\? {allowed}"), (",", f"no format; {allowed}"),
+    ):  # fmt: skip
         with pytest.raises(OutputError, match=message):
             chosen_formats(wrong)
 
@@ -44,7 +47,8 @@ def test_names_are_different_and_can_be_chosen(laval):
     assert more - set(names) == {"campbell_annotated", "campbell_damped"}
     assert [p.name for p in chosen_pictures(pictures, ["camp*"])] == ["campbell"]
     assert chosen_pictures(pictures, []) == pictures
-    with pytest.raises(OutputError, match="no picture is called 'engin'; there are engine"):
+    said = r"no picture 'engin'; did you mean 'engine'\? allowed are engine, campbell, "
+    with pytest.raises(OutputError, match=said):
         chosen_pictures(pictures, ["engin"])
 
 
@@ -124,7 +128,7 @@ def test_an_unknown_name_is_refused_before_anything_is_computed(laval, tmp_path,
         raise AssertionError("computed")
 
     monkeypatch.setattr(pipeline, "run_scene", refuse)
-    with pytest.raises(OutputError, match=r"no picture is called .*; there may be engine, "):
+    with pytest.raises(OutputError, match=r"no picture '.*there may be engine, "):
         pictures_command(laval.scene, tmp_path / "out", lambda t: None, only=[name])
     with pytest.raises(OutputError, match="none of png is a format of mode_1_film"):
         pictures_command(laval.scene, tmp_path / "out", lambda t: None, only=["mode_1_film"])

@@ -146,10 +146,10 @@ def test_film_moves_and_repeats(shapes, small, tmp_path):
 
 
 def test_of_a_pair_each_mode_is_shown_with_its_own_whirl(laval):
-    """The first two critical speeds of a Laval rotor are one, backward and forward."""
+    """The first two critical speeds of a Laval rotor are one; unbalance excites the forward."""
     _, shown = pictured_modes(laval, 2)
     assert shown.rpm[0] == pytest.approx(shown.rpm[1], rel=1e-6)
-    assert shown.whirl == ("backward", "forward")
+    assert shown.whirl == ("forward", "backward")
     for k, whirl in enumerate(shown.whirl):
         shape = engine_shape(laval, shown, k)
         assert shape.whirl == whirl

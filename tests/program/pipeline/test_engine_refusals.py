@@ -96,7 +96,7 @@ run_up: bands_hz = [[9, 9]] | analyses[0] | bands_hz has (9, 9)
 run_up: record_hz = 6000 | analyses[0] | record_hz = 6000 is above sampling_hz = 5000
 run_up: gravity_m_per_s2 = [0, 1] | gravity_m_per_s2[2]: missing
 run_up: gravity_m_per_s2 = [0, -9.81, 0] | analyses[0].compare_flexible: models are compared without
-run_up: gravity_m_per_s2 = [0, 0, 9.81] | gravity_m_per_s2: 9.81 along z, but no body can move
+run_up: gravity_m_per_s2 = [0, 0, 9.81] | gravity_m_per_s2: 9.81 along z, but nothing holds a body
 run_up: drives = ["lp.m"] | analyses[0].compare_flexible: models are compared without weight
 run_up: compare_flexible = [["lp"], ["lp"]] | compare_flexible[1] is the same as compare_flexible[0]
 run_up: ramp_s = 1e9 | analyses[0] | (ramp_s + hold_s) * sampling_hz is 5e+12 steps; at most 5e+07
