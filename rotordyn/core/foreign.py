@@ -217,9 +217,7 @@ def _do(
     """Work within limits, send the result or what was refused, and end the process."""
     code = _FAILED
     try:
-        faulthandler.disable()
-        for kind in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(kind, signal.SIG_DFL)
+        _die_of_signals()
         if sys.platform == "linux":  # nobody waits for the result of a child whose parent is gone
             ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
@@ -235,6 +233,14 @@ def _do(
         code = ends
     finally:
         os._exit(code)  # nothing of the program's own ending is the child's business
+
+
+def _die_of_signals() -> None:
+    """Let go of what other libraries do on signals: PETSc's way ends the parent, by MPI_Abort."""
+    faulthandler.disable()
+    for kind in signal.valid_signals() - {signal.SIGKILL, signal.SIGSTOP}:
+        if signal.getsignal(kind) is not signal.SIG_IGN:
+            signal.signal(kind, signal.SIG_DFL)
 
 
 def _limit(kind: int, value: int) -> None:

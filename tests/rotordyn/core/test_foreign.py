@@ -54,6 +54,34 @@ def test_a_child_gives_its_result_or_its_refusal():
         in_child(lambda: os.kill(os.getpid(), signal.SIGSEGV) or b"", **LIMITS)
 
 
+def test_a_child_does_nothing_of_its_parents_on_signals():
+    """PETSc's handler of crashes called MPI_Abort in the child, which ended the parent with it."""
+    before = signal.signal(signal.SIGSYS, lambda *_: os._exit(0))
+    try:
+        with pytest.raises(ForeignError, match=rf"breaks down on it \(signal {signal.SIGSYS:d}\)"):
+            in_child(lambda: os.kill(os.getpid(), signal.SIGSYS) or b"", **LIMITS)
+    finally:
+        signal.signal(signal.SIGSYS, before)
+
+
+@pytest.mark.solver
+def test_a_parent_with_petsc_outlives_a_child_that_crashes():
+    program = """
+import os, signal
+from petsc4py import PETSc
+from solidwhirl.rotordyn.core.foreign import ForeignError, in_child
+try:
+    in_child(lambda: os.kill(os.getpid(), signal.SIGSEGV) or b"", seconds=3, memory_bytes=1 << 28,
+             refused=KeyError)
+except ForeignError as error:
+    print(error)
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert (done.returncode, done.stdout) == (0, "breaks down on it (signal 11)\n"), done.stderr
+
+
 def test_a_child_ends_with_its_parent(tmp_path):
     """A parent that is killed leaves nobody at work: the child would write its mark after 1 s."""
     mark, began = tmp_path / "mark", tmp_path / "began"
