@@ -112,7 +112,7 @@ _MARKERS_OF = MappingProxyType(
     {
         "": "", "circle": "o", "square": "s", "diamond": "D", "triangle-up": "^", "x": "X",
         "triangle-down": "v", "cross": "P", "star": "*", "pentagon": "p", "triangle-left": "<",
-        "triangle-right": ">", "x-thin": "x", "line-ns": "|",
+        "triangle-right": ">", "x-thin": "x", "line-ns": "|", "hexagon": "h",
     }
 )  # fmt: skip
 
