@@ -204,7 +204,14 @@ def _fork() -> int:
     with warnings.catch_warnings():
         # threads of other libraries do not matter to a child that only reads and ends
         warnings.simplefilter("ignore", DeprecationWarning)
-        return os.fork()
+        try:
+            return os.fork()
+        except OSError:
+            if sys.platform != "linux":
+                raise
+            # MPI has malloc keep address space that was given back, which a fork would need twice
+            ctypes.CDLL(None).malloc_trim(0)
+            return os.fork()
 
 
 def _do(
