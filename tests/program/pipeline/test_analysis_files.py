@@ -55,7 +55,7 @@ bearing_laws = { bearings = [1], notes = [] }
 run_up = { largest_mount_force_n = [], force_spectrum_peaks = [], energy = [5] }
 nonlinear_response = { unbalances = [1], nonlinear = [1], branches = [1] }
 static = { speeds = [2], forces = [1], gears = [], notes = [] }
-state_space = { inputs = [5], outputs = [30], speed_rpm = [], files = [3] }
+state_space = { inputs = [6], outputs = [36], speed_rpm = [], files = [3] }
 stability = { speed_rpm = [5], smallest_log_decrement = [5], growing_motions = [5], threshold = [] }
 """)
 
@@ -88,6 +88,7 @@ PURE = """
     log_decrement_at_expected worst_to_spare
     harmonics period_multiple largest_multiplier truncation_error_estimate
     coordinates peak_force_error response_error_by_band choice_is_at_the_end_of_the_range
+    lateral torsional axial disk largest_error_estimate
 """
 
 
