@@ -235,39 +235,23 @@ def margin_blocks(name: str, entry: Mapping[str, Any]) -> list[AnalysisBlock]:
     if judged:
         blocks += [margin_chart(entry), _margin_table(judged)]
     rest = [m for m in rows if not m["exciters"]]
-    if rest:
-        blocks.append(
-            Table(
-                folded=f"Not excited, not judged ({len(rest)})",
-                head=["shaft", "speed [rpm]", "whirl", "why"],
-                rows=[
-                    [
-                        m["shaft"],
-                        f"{m['critical_speed_rpm']:.1f}",
-                        whirl_text(m["whirl"]),
-                        m["excited_why"],
-                    ]
-                    for m in rest
-                ],
-            )
-        )
-    damped = entry["critically_damped"]
-    if damped:
-        blocks.append(
-            Table(
-                folded=f"Critically damped, without margins ({len(damped)})",
-                head=["shaft", "speed [rpm]", "whirl", "amplification factor [1]"],
-                rows=[
-                    [
-                        m["shaft"],
-                        f"{m['critical_speed_rpm']:.1f}",
-                        whirl_text(m["whirl"]),
-                        m["amplification_factor"],
-                    ]
-                    for m in damped
-                ],
-            )
-        )
+    factor = "amplification factor [1]"
+    for folded, others, head, key in (
+        ("Not excited, not judged", rest, "why", "excited_why"),
+        (
+            "Critically damped, without margins",
+            entry["critically_damped"],
+            factor,
+            "amplification_factor",
+        ),
+    ):
+        if others:
+            shown = [
+                [m["shaft"], f"{m['critical_speed_rpm']:.1f}", whirl_text(m["whirl"]), m[key]]
+                for m in others
+            ]
+            heads = ["shaft", "speed [rpm]", "whirl", head]
+            blocks.append(Table(folded=f"{folded} ({len(others)})", head=heads, rows=shown))
     return blocks
 
 
