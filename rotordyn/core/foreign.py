@@ -55,18 +55,21 @@ def refuse_irregular(path: Path) -> int:
 def regular_bytes(path: Path, most: int = MOST_BYTES) -> bytes:
     """Read a regular file of at most `most` bytes.
 
-    Raises ForeignError: it is none, has more, or can't be read.
+    Raises ForeignError: it is none, has more, grows meanwhile, or can't be read.
     """
     refuse_irregular(path)
     try:
         # what became a pipe since is not waited for
         with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb") as file:  # noqa: PTH123
             size = os.fstat(file.fileno()).st_size
-            content = b"" if size > most else file.read(most + 1)
+            if size > most:
+                raise ForeignError(f"has {size} bytes, at most {most} are allowed")
+            # `size`, not `most`: as many bytes are allocated as are asked for
+            content = file.read(size + 1)
     except OSError as error:
         raise ForeignError(_said(error)) from error
-    if max(size, len(content)) > most:
-        raise ForeignError(f"has {max(size, len(content))} bytes, at most {most} are allowed")
+    if len(content) > size:
+        raise ForeignError("grows while it is read")
     return content
 
 
@@ -165,10 +168,9 @@ def in_child(
     Raises
     ------
     ForeignError
-        The child broke down, came to no end, or needed more memory.
+        The child broke down, came to no end, needed more memory, or could not be started.
 
-    Where processes can't be forked (Windows, or a program that has taken more address space than
-    the system would grant twice) the work is done here.
+    On Windows, where processes can't be forked, the work is done here.
     """
     if not hasattr(os, "fork"):
         return work()
@@ -176,9 +178,9 @@ def in_child(
     try:
         try:
             child = _fork()
-        except OSError:
+        except OSError as error:
             os.close(source)
-            return work()
+            raise ForeignError(f"needs a process of its own: {error.strerror}") from error
         if child == 0:
             os.close(source)
             _do(work, sink, seconds, memory_bytes, refused)

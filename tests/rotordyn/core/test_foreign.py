@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import signal
 import subprocess
 import sys
 import time
+import tracemalloc
 
 import pytest
 
@@ -33,6 +35,25 @@ def test_regular_files_alone_are_read(tmp_path):
     }.items():
         with pytest.raises(ForeignError, match=said):
             regular_bytes(tmp_path / name, 4)
+
+
+def test_no_more_is_allocated_than_a_file_has(tmp_path):
+    """Where MPI keeps malloc from giving back, the most allowed at each file filled the memory."""
+    (tmp_path / "file").write_bytes(b"12345")
+    tracemalloc.start()
+    regular_bytes(tmp_path / "file")
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 1 << 20
+
+
+def test_work_that_needs_a_child_is_not_done_without_one(monkeypatch):
+    def no_memory():
+        raise OSError(errno.ENOMEM, os.strerror(errno.ENOMEM))
+
+    monkeypatch.setattr(os, "fork", no_memory)
+    with pytest.raises(ForeignError, match="needs a process of its own: Cannot allocate memory"):
+        in_child(lambda: pytest.fail("done in the parent"), **LIMITS)
 
 
 def test_an_allowance_is_spent():
