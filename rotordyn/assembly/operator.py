@@ -1,0 +1,121 @@
+"""An assembled system as one operator: laws read exactly, controllers as states."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from solidwhirl.rotordyn.assembly.frequency_laws import FrequencyLaw
+from solidwhirl.rotordyn.assembly.magnetic_laws import magnetic_bearing
+from solidwhirl.rotordyn.assembly.system import AssembledSystem, LawJoint, law_slopes
+from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.second_order import Joint, SecondOrder, Term, Triple
+
+# Relative step of a derivative over the speed by differences, and the least one, rad/s.
+_STEP, _LEAST_STEP = 1e-6, 1e-4
+_SIDES = {-1: "below", 0: "both", 1: "above"}
+
+
+@dataclass(frozen=True, eq=False)
+class _SpeedLaw:
+    """A bearing whose coefficients depend on the speed."""
+
+    joint: LawJoint
+    frequency_knots: tuple[float, ...] = ()
+
+    @property
+    def speed_knots(self) -> tuple[float, ...]:
+        return self.joint.knots_rad_s
+
+    def at(self, speed: float, frequency: float) -> Triple:
+        stiffness, damping = self.joint.coefficients(speed)
+        return Triple(np.zeros_like(stiffness), damping, stiffness)
+
+    def by_speed(self, speed: float, frequency: float, side: int) -> Triple:
+        stiffness, damping = law_slopes(self.joint, speed, _SIDES[side])  # type: ignore[arg-type]
+        return Triple(np.zeros_like(stiffness), damping, stiffness)
+
+
+@dataclass(frozen=True, eq=False)
+class _FrequencyLaw:
+    """A bearing whose coefficients depend on speed and frequency."""
+
+    law: FrequencyLaw
+    ratio: float
+
+    @property
+    def speed_knots(self) -> tuple[float, ...]:
+        knots = getattr(self.law, "knots_of_speed", ())
+        return tuple(knot / self.ratio for knot in knots if knot > 0) if self.ratio else ()
+
+    @property
+    def frequency_knots(self) -> tuple[float, ...]:
+        return self.law.knots_of_frequency
+
+    def at(self, speed: float, frequency: float) -> Triple:
+        stiffness, damping, mass = self.law.at_frequency(abs(self.ratio * speed), frequency)
+        return Triple(mass, damping, stiffness)
+
+    def by_speed(self, speed: float, frequency: float, side: int) -> Triple:
+        step = max(_STEP * abs(speed), _LEAST_STEP)
+        ends = speed - step * (side <= 0), speed + step * (side >= 0)
+        low, high = (self.at(end, frequency) for end in ends)
+        return Triple(*((b - a) / (ends[1] - ends[0]) for a, b in zip(low, high, strict=True)))
+
+
+@lru_cache(maxsize=16)
+def operator_of(assembled: AssembledSystem) -> SecondOrder:
+    """Return a system as an operator on its coordinates, then the states of controllers.
+
+    Magnetic bearings become states, exactly, integrators and all; other laws stay laws of the speed
+    and of the frequency |Im s|.
+    """
+    terms = (
+        Term(0, assembled.mass),
+        Term(1, assembled.damping),
+        Term(1, assembled.gyroscopic, 1),
+        Term(2, assembled.stiffness),
+        Term(2, assembled.circulatory_stiffness, 1),
+        Term(2, assembled.centrifugal_stiffness, 2),
+    )
+    kept = tuple(term for place, term in enumerate(terms) if not place or term.matrix.any())
+    operator = SecondOrder(kept)
+    joints, magnetic = [], []
+    for joint in assembled.law_joints:
+        if magnetic_bearing(joint.law) is not None:
+            magnetic.append(joint)
+        elif joint.frequency_law is not None:
+            law = _FrequencyLaw(joint.frequency_law, abs(joint.speed_ratio))
+            joints.append(Joint(joint.motion, law))
+        else:
+            joints.append(Joint(joint.motion, _SpeedLaw(joint)))
+    operator = SecondOrder(kept, tuple(joints))
+    for joint in magnetic:
+        operator = _with_controller(operator, joint)
+    return operator
+
+
+def _with_controller(operator: SecondOrder, joint: LawJoint) -> SecondOrder:
+    """Return an operator with a magnetic bearing: force ks u − ki H y of what the sensors see."""
+    bearing = magnetic_bearing(joint.law)
+    assert bearing is not None
+    magnets, sensors = (_with_room(rows, operator.size) for rows in _rows(joint))
+    held = -bearing.negative_stiffness_n_per_m * magnets.T @ magnets
+    controller, gain = bearing.controller, bearing.current_stiffness_n_per_a
+    own = (controller.a, controller.b, gain * controller.c, gain * controller.d)
+    with_states = operator.with_states(magnets, sensors, own, gain * controller.gain_of_rate)
+    first, *others = with_states.terms
+    room = len(controller.a)
+    more = Term(2, np.pad(held, ((0, room), (0, room))))
+    return SecondOrder((first, *others, more), with_states.joints, with_states.states)
+
+
+def _rows(joint: LawJoint) -> tuple[FloatArray, FloatArray]:
+    return joint.motion[:2], joint.motion[-2:]
+
+
+def _with_room(rows: FloatArray, size: int) -> FloatArray:
+    """Return rows on the coordinates and states before this bearing's own."""
+    return np.pad(rows, ((0, 0), (0, size - rows.shape[1])))
