@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -37,6 +38,10 @@ class _SpeedLaw:
         stiffness, damping = law_slopes(self.joint, speed, _SIDES[side])  # type: ignore[arg-type]
         return Triple(np.zeros_like(stiffness), damping, stiffness)
 
+    def by_frequency(self, speed: float, frequency: float, side: int) -> Triple:
+        none = np.zeros((len(self.joint.motion),) * 2)
+        return Triple(none, none, none)
+
 
 @dataclass(frozen=True, eq=False)
 class _FrequencyLaw:
@@ -59,10 +64,23 @@ class _FrequencyLaw:
         return Triple(mass, damping, stiffness)
 
     def by_speed(self, speed: float, frequency: float, side: int) -> Triple:
-        step = max(_STEP * abs(speed), _LEAST_STEP)
-        ends = speed - step * (side <= 0), speed + step * (side >= 0)
-        low, high = (self.at(end, frequency) for end in ends)
-        return Triple(*((b - a) / (ends[1] - ends[0]) for a, b in zip(low, high, strict=True)))
+        return _slope(lambda place: self.at(place, frequency), speed, side)
+
+    def by_frequency(self, speed: float, frequency: float, side: int) -> Triple:
+        return _slope(lambda place: self.at(speed, place), frequency, side)
+
+
+def _slope(values: Callable[[float], Triple], place: float, side: int) -> Triple:
+    """Return the derivative by differences of second order, on one side or both."""
+    step = max(_STEP * abs(place), _LEAST_STEP)
+    if side == 0:
+        weights = {-1: -0.5, 1: 0.5}
+    else:
+        weights = {0: -1.5 * side, side: 2.0 * side, 2 * side: -0.5 * side}
+    found = {at: values(place + at * step) for at in weights}
+    return Triple(
+        *(sum(weight / step * found[at][k] for at, weight in weights.items()) for k in range(3))
+    )
 
 
 @lru_cache(maxsize=16)

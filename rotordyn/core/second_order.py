@@ -57,8 +57,8 @@ class Term(NamedTuple):
 class JointLaw(Protocol):
     """What a law on r motions is at a speed Ω and a frequency ω, and how it changes with them.
 
-    `speed_knots`, `frequency_knots`: where it is not smooth, rad/s, rising, above 0. Between two
-    frequency knots the law is linear in ω; below the first and beyond the last it is constant.
+    `speed_knots`, `frequency_knots`: where it is not smooth, rad/s, rising, not negative; below the
+    first and beyond the last frequency it is constant, or changes next to nothing.
     """
 
     @property
@@ -74,6 +74,9 @@ class JointLaw(Protocol):
 
     def by_speed(self, speed: float, frequency: float, side: int) -> Triple:
         """Return the derivatives by Ω: at a knot below (−1), above (1), or the mean (0)."""
+
+    def by_frequency(self, speed: float, frequency: float, side: int) -> Triple:
+        """Return the derivatives by ω, likewise."""
 
 
 class Joint(NamedTuple):
@@ -132,14 +135,19 @@ class SecondOrder:
             lambda law: law.by_speed(speed, frequency, side),
         )
 
-    def by_frequency(self, speed: float, low: float, high: float) -> Triple:
-        """Return the derivatives by the frequency between two of them, laws being linear there."""
-        ends = self.frozen_laws(speed, low), self.frozen_laws(speed, high)
-        return Triple(*((second - first) / (high - low) for first, second in zip(*ends)))  # noqa: B905
+    def by_frequency(self, speed: float, frequency: float, side: int = 0) -> Triple:
+        """Return the derivatives by the frequency at which laws are read."""
+        return self._sum(lambda _: 0.0, lambda law: law.by_frequency(speed, frequency, side))
 
-    def frozen_laws(self, speed: float, frequency: float) -> Triple:
-        """Return what the laws alone add to M, V and K."""
-        return self._sum(lambda power: 0.0, lambda law: law.at(speed, frequency))
+    def along(self, speed: float, whirl_ratio: float, side: int = 0) -> Triple:
+        """Return the derivatives by the speed, laws being read at |whirl_ratio · Ω|."""
+        ratio = abs(whirl_ratio)
+        found = self.by_speed(speed, ratio * abs(speed), side)
+        if not ratio or not self.frequency_knots:
+            return found
+        sense = -1 if speed < 0 or (speed == 0 and side < 0) else 1
+        more = self.by_frequency(speed, ratio * abs(speed), side * sense)
+        return Triple(*(a + sense * ratio * b for a, b in zip(found, more, strict=True)))
 
     def _sum(self, factor: Callable[[int], float], of: Callable[[JointLaw], Triple]) -> Triple:
         out = [np.zeros_like(self.terms[0].matrix) for _ in range(3)]

@@ -269,29 +269,19 @@ def speed_paths(
     inner = {sign * knot for knot in knots for sign in (-1.0, 1.0) if low < sign * knot < high}
     places = sorted(inner | {*speeds}, reverse=speeds[-1] < speeds[0])
 
-    def change(speed: float, side: int) -> Triple:
-        frequency = ratio * abs(speed)
-        by_speed = operator.by_speed(speed, frequency, side)
-        if not ratio or not operator.frequency_knots:
-            return by_speed
-        # along the line the frequency changes with the speed
-        step = 1e-6 * max(abs(speed), 1e-3 * top) * side
-        ahead = ratio * abs(speed + step)
-        along = operator.by_frequency(speed, frequency, ahead)
-        sign = ratio * np.sign(speed + step)
-        return Triple(*(a + sign * b for a, b in zip(by_speed, along, strict=True)))
+    # of conjugate pairs one is followed
+    least = -EVENT * top if operator.is_real else -1.2 * top
 
     def lively(values: ComplexArray) -> BoolArray:
-        return np.asarray(
-            (np.abs(values.imag) < 1.2 * top) & (values.real > -OVERDAMPED * np.abs(values))
-        )
+        inside = (values.imag > least) & (values.imag < 1.2 * top)
+        return np.asarray(inside & (values.real > -OVERDAMPED * np.abs(values)))
 
     def wanted(first: ComplexArray, second: ComplexArray) -> BoolArray:
         return lively(first) | lively(second)
 
     return EigenvaluePaths(
         lambda speed: spectrum(operator, speed, ratio * abs(speed), top),
-        change,
+        lambda speed, side: operator.along(speed, ratio, side),
         places,
         wanted=wanted,
         scale=top,

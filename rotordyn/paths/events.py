@@ -84,7 +84,7 @@ def located(
         miss = function(speed, value)
         if abs(step) <= AT_REST * abs(speed) or miss == 0.0:
             break
-        slope = -complex(left.conj() @ _change(operator, speed, ratio).value(value) @ right)
+        slope = -complex(left.conj() @ operator.along(speed, ratio).value(value) @ right)
         rate = derivative(slope)
         if rate == 0.0 or not np.isfinite(rate):
             return None
@@ -94,18 +94,6 @@ def located(
         return None
     residual = residuals_of(triple, np.array([value]), right[:, None])[0]
     return Located(float(speed), value, right, float(residual))
-
-
-def _change(operator: SecondOrder, speed: float, ratio: float) -> Triple:
-    """Return dP/dΩ, the frequency of the laws going with the speed."""
-    by_speed = operator.by_speed(speed, ratio * abs(speed))
-    if not ratio or not operator.frequency_knots:
-        return by_speed
-    step = 1e-6 * abs(speed)
-    low, high = ratio * (abs(speed) - step), ratio * (abs(speed) + step)
-    along = operator.by_frequency(speed, low, high)
-    sign = ratio * np.sign(speed)
-    return Triple(*(a + sign * b for a, b in zip(by_speed, along, strict=True)))
 
 
 def met(

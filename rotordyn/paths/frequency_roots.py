@@ -63,10 +63,9 @@ def frequency_roots(
     first, last = solve(ends[0]), solve(ends[-1])
     roots = _of_constant_laws(first, 0.0, ends[0])
     for low, high in pairwise(ends):
-        change = operator.by_frequency(speed, low, high)
         paths = EigenvaluePaths(
             solve,
-            lambda _, side, change=change: change,  # type: ignore[misc]
+            lambda frequency, side: operator.by_frequency(speed, frequency, side),
             (low, high),
             wanted=meets_band(low - _BEYOND * (high - low), high + _BEYOND * (high - low)),
             scale=scale,
@@ -107,11 +106,13 @@ def _newton(
     operator: SecondOrder, speed: float, start: complex, low: float, high: float
 ) -> FrequencyRoot | None:
     """Return the root of a strip by Newton's method for ω = Im s_j(ω), which is real."""
-    change, value = operator.by_frequency(speed, low, high), start
+    value = start
     for _ in range(_STEPS):
         triple = operator.at(speed, value.imag)
         values, rights, lefts = refined(triple, value)
         found, right, left = complex(values[0]), rights[:, 0], lefts[:, 0]
+        side = 1 if value.imag < 0.5 * (low + high) else -1
+        change = operator.by_frequency(speed, value.imag, side)
         turned = -complex(left.conj() @ change.value(found) @ right)
         slope = 1.0 - turned.imag
         if slope == 0.0:
