@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.frequency_laws import FrequencyLaw
 from solidwhirl.rotordyn.assembly.magnetic_laws import magnetic_bearing
@@ -16,6 +17,9 @@ from solidwhirl.rotordyn.core.second_order import Joint, SecondOrder, Term, Trip
 
 # Relative step of a derivative over the speed by differences, and the least one, rad/s.
 _STEP, _LEAST_STEP = 1e-6, 1e-4
+# A frequency above all others, for the limit of quick motions; samples of a smooth law for each
+# factor of ten.
+_QUICK, _PER_DECADE = 1e9, 6
 _SIDES = {-1: "below", 0: "both", 1: "above"}
 
 
@@ -49,6 +53,8 @@ class _FrequencyLaw:
 
     law: FrequencyLaw
     ratio: float
+    #: Frequencies that stand for knots where the law is none of a table.
+    sampled: tuple[float, ...] = ()
 
     @property
     def speed_knots(self) -> tuple[float, ...]:
@@ -57,7 +63,7 @@ class _FrequencyLaw:
 
     @property
     def frequency_knots(self) -> tuple[float, ...]:
-        return self.law.knots_of_frequency
+        return self.law.knots_of_frequency if self.law.is_table else self.sampled
 
     def at(self, speed: float, frequency: float) -> Triple:
         stiffness, damping, mass = self.law.at_frequency(abs(self.ratio * speed), frequency)
@@ -105,7 +111,9 @@ def operator_of(assembled: AssembledSystem) -> SecondOrder:
         if magnetic_bearing(joint.law) is not None:
             magnetic.append(joint)
         elif joint.frequency_law is not None:
-            law = _FrequencyLaw(joint.frequency_law, abs(joint.speed_ratio))
+            own = joint.frequency_law
+            sampled = () if own.is_table else _samples(assembled, joint)
+            law = _FrequencyLaw(own, abs(joint.speed_ratio), sampled)
             joints.append(Joint(joint.motion, law))
         else:
             joints.append(Joint(joint.motion, _SpeedLaw(joint)))
@@ -113,6 +121,22 @@ def operator_of(assembled: AssembledSystem) -> SecondOrder:
     for joint in magnetic:
         operator = _with_controller(operator, joint)
     return operator
+
+
+def _samples(assembled: AssembledSystem, joint: LawJoint) -> tuple[float, ...]:
+    """Return frequencies from far below all modes to far above, at which a smooth law is read."""
+    law = joint.frequency_law
+    assert law is not None
+    ends = []
+    for frequency in (0.0, _QUICK):
+        stiffness = law.at_frequency(0.0, frequency).stiffness_n_per_m
+        whole = assembled.stiffness + joint.motion.T @ stiffness @ joint.motion
+        rates = np.abs(la.eigh(0.5 * (whole + whole.T), assembled.mass, eigvals_only=True))
+        ends += [np.sqrt(rates[rates > 1e-12 * rates.max()])]
+    sizes = np.concatenate(ends)
+    low, high = 0.1 * float(sizes.min(initial=1.0)), 3.0 * float(sizes.max(initial=10.0))
+    count = max(2, int(np.ceil(_PER_DECADE * np.log10(high / low))))
+    return (0.0, *np.geomspace(low, high, count).tolist())
 
 
 def _with_controller(operator: SecondOrder, joint: LawJoint) -> SecondOrder:

@@ -43,7 +43,10 @@ def refined(triple: Triple, near: complex, count: int = 1) -> Refined:
     """
     n = len(triple.mass)
     dynamic = triple.value(near * (1 + 1e-12))
-    scale = 1.0 / np.sqrt(np.abs(dynamic).max(axis=1))[:, None]
+    # by the terms and not by their sum, which vanishes where a coordinate moves alone
+    size = abs(near)
+    terms = (np.abs(triple.mass) * size + np.abs(triple.velocity)) * size + np.abs(triple.stiffness)
+    scale = 1.0 / np.sqrt(terms.max(axis=1) + np.finfo(float).tiny)[:, None]
     solved("factorisations")
     factors = la.lu_factor(scale * dynamic * scale.T)
     right = left = np.random.default_rng(0).standard_normal((n, min(count + 1, n))) + 0j

@@ -26,12 +26,14 @@ from solidwhirl.rotordyn.paths.events import refined
 _STEPS = 30
 # Roots within this part of a strip's end belong to it; two of neighbouring strips are one.
 _RIM, _SAME = 1e-10, 1e-9
+# Im s below this part of |s|, or of a strip's end, is none.
+_STILL = 1e-9
 # Paths are followed where they come within this part of a strip beyond its ends.
 _BEYOND = 0.6
 
 
 class FrequencyRoot(NamedTuple):
-    """A root s of P(s; Ω, |Im s|), with Im s ≥ 0.
+    """A root s of P(s; Ω, |Im s|), with Im s > 0.
 
     `value`: s, 1/s; `right`, `left`: vectors (n,), yᴴ P'(s) x = 1 with the laws frozen;
     `index`: 1, or −1 for the other one of a fold; `turned`: c = ds_j/dω of the frozen problem;
@@ -49,10 +51,10 @@ class FrequencyRoot(NamedTuple):
 def frequency_roots(
     operator: SecondOrder, speed: float, top: float | None = None
 ) -> list[FrequencyRoot]:
-    """Return all roots with Im s ≥ 0 of an operator with laws over the frequency.
+    """Return all roots with Im s > 0 of an operator with laws over the frequency, by rising Im s.
 
     `speed`: Ω, rad/s; `top`: leave out those with a larger Im s, rad/s; None for all. Real roots
-    are those with the laws at zero frequency.
+    are those of the spectrum with the laws at zero frequency.
     """
     knots = operator.frequency_knots
     limit = np.inf if top is None else top
@@ -75,6 +77,8 @@ def frequency_roots(
         )
         found: list[tuple[int, FrequencyRoot]] = []
         for event in events:
+            if event.at <= _STILL * high:  # real roots: they are those of the laws at rest
+                continue
             root = _newton(operator, speed, event.value, low, high)
             # the same path meets itself twice at two places, other paths may do so at one
             if root and not any(path == event.path and _same(root, r) for path, r in found):
@@ -89,6 +93,7 @@ def frequency_roots(
 def _of_constant_laws(found: Spectrum, low: float, high: float) -> list[FrequencyRoot]:
     """Return the roots with low ≤ Im s < high of a frozen problem."""
     inside = (found.values.imag >= low * (1.0 - _RIM)) & (found.values.imag < high)
+    inside &= found.values.imag > _STILL * np.abs(found.values)
     return [
         FrequencyRoot(
             complex(found.values[at]),
