@@ -46,4 +46,7 @@ AT_REST = 1e-12
 #: A refined event is one if its function is zero to this part of |s|; its cubic may have made it.
 EVENT = 1e-9
 #: A motion above this damping ratio is followed by count only.
-OVERDAMPED = 0.98
+OVERDAMPED = 0.995
+#: Where the sign of Re s matters, a root is followed whose decay and its change come this near to
+#: the axis, as a part of |s|.
+NEAR_AXIS = 0.02

@@ -24,6 +24,7 @@ from solidwhirl.rotordyn.core.tolerances import (
     EVENT,
     GROWTH,
     HALVINGS,
+    NEAR_AXIS,
     OVERDAMPED,
     SHARE,
     VEERING,
@@ -248,6 +249,12 @@ def meets_band(low: float, high: float) -> Wanted:
     )
 
 
+def near_axis(first: ComplexArray, second: ComplexArray) -> BoolArray:
+    """Return the steps that may come to the imaginary axis."""
+    reach = np.abs(first.real - second.real) + NEAR_AXIS * np.maximum(abs(first), abs(second))
+    return np.asarray(np.maximum(first.real, second.real) + reach > 0)
+
+
 def speed_paths(
     operator: SecondOrder,
     speeds: Sequence[float],
@@ -259,7 +266,8 @@ def speed_paths(
     """Return the paths over the speed, laws over the frequency read at |whirl_ratio · Ω|.
 
     `speeds`: where nodes are wanted, monotonic, rad/s; knots of the laws between them are added.
-    `top`: roots with |Im s| below it are followed, overdamped ones are only counted.
+    `top`: roots with |Im s| below it are followed, overdamped ones are only counted; with `growth`
+    those that may come to the imaginary axis.
     """
     ratio = abs(whirl_ratio)
     knots = [*operator.speed_knots]
@@ -277,7 +285,8 @@ def speed_paths(
         return np.asarray(inside & (values.real > -OVERDAMPED * np.abs(values)))
 
     def wanted(first: ComplexArray, second: ComplexArray) -> BoolArray:
-        return lively(first) | lively(second)
+        either = lively(first) | lively(second)
+        return either & near_axis(first, second) if growth else either
 
     return EigenvaluePaths(
         lambda speed: spectrum(operator, speed, ratio * abs(speed), top),

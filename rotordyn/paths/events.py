@@ -71,23 +71,29 @@ def located(
     derivative: Callable[[complex], float],
     *,
     whirl_ratio: float = 0.0,
+    frequency: float = 0.0,
 ) -> Located | None:
     """Return the speed at which a real function of a root is zero, by Newton's method.
 
     `speed`, `value`: where the cubic of a path has it; `function`: of speed and root; `derivative`:
-    of it along the path, from ds/dΩ; `whirl_ratio`: laws over the frequency are read at that times
-    the speed. None if there is no such place nearby: cubics also make zeros that are none.
+    of it along the path, from ds/dΩ; laws over the frequency are read at `frequency`, or at
+    `whirl_ratio` times the speed if that is not 0. None if there is no such place nearby: cubics
+    also make zeros that are none.
     """
     ratio = abs(whirl_ratio)
     step = np.inf
     for _ in range(_STEPS):
-        triple = operator.at(speed, ratio * abs(speed))
+        triple = operator.at(speed, ratio * abs(speed) if ratio else frequency)
         values, rights, lefts = refined(triple, value)
         value, right, left = complex(values[0]), rights[:, 0], lefts[:, 0]
         miss = function(speed, value)
         if abs(step) <= AT_REST * abs(speed) or miss == 0.0:
             break
-        slope = -complex(left.conj() @ operator.along(speed, ratio).value(value) @ right)
+        if ratio:
+            change = operator.along(speed, ratio)
+        else:
+            change = operator.by_speed(speed, frequency)
+        slope = -complex(left.conj() @ change.value(value) @ right)
         rate = derivative(slope)
         if rate == 0.0 or not np.isfinite(rate):
             return None
