@@ -17,6 +17,7 @@ import scipy.linalg as la
 
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, Matrix, together
 from solidwhirl.rotordyn.core.tolerances import SYMMETRIC
+import itertools
 
 
 class Triple(NamedTuple):
@@ -242,13 +243,11 @@ class SecondOrder:
 
 def law_samples(law: JointLaw) -> list[Matrix]:
     """Return the matrices of a law at and between all its knots, from which it is made up."""
-    speeds, frequencies = (
-        _around(knots) for knots in (law.speed_knots, law.frequency_knots)
-    )
+    speeds, frequencies = (_around(knots) for knots in (law.speed_knots, law.frequency_knots))
     return [m for speed in speeds for w in frequencies for m in law.at(speed, w) if m.any()]
 
 
 def _around(knots: Sequence[float]) -> list[float]:
     places = [0.0, *knots]
-    middles = [0.5 * (a + b) for a, b in zip(places[:-1], places[1:], strict=True)]
+    middles = [0.5 * (a + b) for a, b in itertools.pairwise(places)]
     return sorted([*places, *middles, 1.37 * places[-1] + 1.0])

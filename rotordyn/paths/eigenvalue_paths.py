@@ -29,6 +29,7 @@ from solidwhirl.rotordyn.core.tolerances import (
     SHARE,
     VEERING,
 )
+import itertools
 
 #: Which steps from a to b are to be followed closely, (m,) each: those whose chord meets a window.
 Wanted = Callable[[ComplexArray, ComplexArray], BoolArray]
@@ -99,13 +100,15 @@ class EigenvaluePaths:
         self.branch_points: list[Event] = []
         self.stretches: list[tuple[Node, Node]] = []
         order = np.arange(self._spectrum(places[0]).values.size)
-        for start, stop in zip(places[:-1], places[1:], strict=True):
+        for start, stop in itertools.pairwise(places):
             order = self._advance(start, order, stop)
 
     @property
     def nodes(self) -> list[Node]:
         """All nodes, each with the slopes towards the next one."""
-        return [first for first, _ in self.stretches] + [second for _, second in self.stretches[-1:]]
+        return [first for first, _ in self.stretches] + [
+            second for _, second in self.stretches[-1:]
+        ]
 
     def _spectrum(self, place: float) -> Spectrum:
         if place not in self._known:
@@ -185,8 +188,7 @@ class EigenvaluePaths:
             return None
         change = self._change(first.at, 1 if second.at > first.at else -1)
         right, left = (
-            vectors[:, first.order[near]]
-            for vectors in (first.spectrum.right, first.spectrum.left)
+            vectors[:, first.order[near]] for vectors in (first.spectrum.right, first.spectrum.left)
         )
         turn = left.conj().T @ change.times(right, first.values[near])
         growth = np.minimum(np.abs(first.values.real), np.abs(end.real))[near]
@@ -244,8 +246,8 @@ def _on_cubic(first: Node, second: Node, path: int, part: float) -> complex:
 
 def meets_band(low: float, high: float) -> Wanted:
     """Return the steps whose chord meets a band of Im s, with those at its rim."""
-    return lambda first, second: (np.maximum(first.imag, second.imag) > low) & (
-        np.minimum(first.imag, second.imag) < high
+    return lambda first, second: (
+        (np.maximum(first.imag, second.imag) > low) & (np.minimum(first.imag, second.imag) < high)
     )
 
 

@@ -89,10 +89,7 @@ def located(
         miss = function(speed, value)
         if abs(step) <= AT_REST * abs(speed) or miss == 0.0:
             break
-        if ratio:
-            change = operator.along(speed, ratio)
-        else:
-            change = operator.by_speed(speed, frequency)
+        change = operator.along(speed, ratio) if ratio else operator.by_speed(speed, frequency)
         slope = -complex(left.conj() @ change.value(value) @ right)
         rate = derivative(slope)
         if rate == 0.0 or not np.isfinite(rate):

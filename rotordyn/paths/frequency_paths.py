@@ -12,12 +12,13 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
 from solidwhirl.rotordyn.core.second_order import SecondOrder
 from solidwhirl.rotordyn.core.tolerances import ALONE, CERTAIN, DEFECT, GROWTH, NEAR_AXIS, SHARE
 from solidwhirl.rotordyn.paths.eigenvalue_paths import near_axis
 from solidwhirl.rotordyn.paths.events import located, refined
 from solidwhirl.rotordyn.paths.frequency_roots import FrequencyRoot, frequency_roots
+import itertools
 
 # Halvings of a first interval, after which unpaired roots are born or end inside.
 _HALVINGS = 12
@@ -94,7 +95,7 @@ def growth_changes(
         )
 
     nodes.append(node(places[0], 1))
-    for start, stop in zip(places[:-1], places[1:], strict=True):
+    for start, stop in itertools.pairwise(places):
         here, waiting, least = start, [stop], (stop - start) / 2**_HALVINGS
         while waiting:
             first, second = node(here, 1), node(waiting[-1], -1)
@@ -126,7 +127,9 @@ def _paired(first: RootNode, second: RootNode) -> tuple[list[tuple[int, int]], b
         one = defect[row, column]
         others = np.delete(defect[row], column)
         alone = others.min(initial=np.inf) > ALONE * one + DEFECT / ALONE
-        off = abs((step[row, column] - 0.5 * width * (first.slopes[row] + second.slopes[column])).real)
+        off = abs(
+            (step[row, column] - 0.5 * width * (first.slopes[row] + second.slopes[column])).real
+        )
         growth = max(abs(first.values[row].real), abs(second.values[column].real))
         sure = one < DEFECT and (shares[row, column] > SHARE or alone or one < CERTAIN * DEFECT)
         if sure and not unlike[row, column]:
@@ -226,5 +229,3 @@ def _birth(operator: SecondOrder, node: RootNode, at: int, other_rad_s: float) -
         if place is not None and low <= place.speed <= high:
             return Change(place.speed, place.value, is_birth=True)
     return Change(0.5 * (node.speed + other_rad_s), value, is_birth=True)
-
-

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from solidwhirl.rotordyn.core.arrays import ComplexArray
-from solidwhirl.rotordyn.core.second_order import SecondOrder, Triple
+from solidwhirl.rotordyn.core.second_order import SecondOrder
 from solidwhirl.rotordyn.core.spectrum import Spectrum, residuals_of, spectrum
 from solidwhirl.rotordyn.core.tolerances import AT_REST
 from solidwhirl.rotordyn.paths.eigenvalue_paths import EigenvaluePaths, meets_band
@@ -166,7 +166,5 @@ def _with_own_vectors(
             continue
         value = roots[at].value
         _, right, left = refined(operator.at(speed, value.imag), value, len(group))
-        out += [
-            root._replace(right=right[:, k], left=left[:, k]) for k, root in enumerate(group)
-        ]
+        out += [root._replace(right=right[:, k], left=left[:, k]) for k, root in enumerate(group)]
     return out

@@ -1,0 +1,140 @@
+"""Unstable ranges of systems whose bearings depend on the frequency, controllers among them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import scipy
+
+from solidwhirl.rotordyn.assembly.operator import operator_of
+from solidwhirl.rotordyn.assembly.system import AssembledSystem
+from solidwhirl.rotordyn.core.second_order import SecondOrder
+from solidwhirl.rotordyn.core.spectrum import Spectrum, lowest_frequency, spectrum
+from solidwhirl.rotordyn.modes.damping import NEUTRAL
+from solidwhirl.rotordyn.paths.eigenvalue_paths import speed_paths
+from solidwhirl.rotordyn.paths.events import neutral
+from solidwhirl.rotordyn.paths.frequency_paths import Change, growth_changes
+from solidwhirl.rotordyn.paths.frequency_roots import frequency_roots
+from solidwhirl.rotordyn.stability.unstable_windows import Window
+import itertools
+
+# Speeds at which all roots are solved for at first; more where paths ask for it.
+_SPEEDS = 9
+# Changes of growth closer than this (relative to the range) are one.
+_SAME = 1e-9
+
+#: The root that grows most at a speed, −inf if there is none.
+MostGrowing = Callable[[float], complex]
+
+
+def windows_with_laws(assembled: AssembledSystem, low: float, high: float) -> list[Window]:
+    """Find the ranges of speeds in which a motion of the system grows.
+
+    `low`, `high`: range of Ω, rad/s. All roots that may come to the imaginary axis are followed
+    over the speed; where one crosses it, or a pair is born or ends beyond it, growth may begin or
+    end, and all roots between two such speeds say whether something grows there. Roots of index −1
+    are left out: see `frequency_roots`.
+    """
+    operator = operator_of(assembled)
+    speeds = np.linspace(low, high, _SPEEDS).tolist()
+    if operator.frequency_knots:
+        changes, nodes = growth_changes(operator, speeds)
+        known = [node.speed for node in nodes]
+        return _windows(changes, known, lambda speed: _of_roots(operator, speed))
+    top = _highest(operator, low, high)
+    paths = speed_paths(operator, speeds, top, growth=True)
+    events = paths.crossings(lambda _, values: values.real, lambda _, slopes: slopes.real)
+    found = [neutral(operator, event.at, event.value) for event in events]
+    changes = [Change(one.speed, one.value, is_birth=False) for one in found if one is not None]
+    inside = [change for change in changes if low <= change.speed <= high]
+    known = [node.at for node in paths.nodes]
+    return _windows(inside, known, lambda speed: _of_spectrum(spectrum(operator, speed, top=top)))
+
+
+def _highest(operator: SecondOrder, low: float, high: float) -> float:
+    """Return a frequency above all modes in a range of speeds, rad/s."""
+    sizes = [
+        np.abs(
+            spectrum(operator, speed, top=lowest_frequency(operator.at(speed))).values.imag
+        ).max()
+        for speed in (low, high)
+    ]
+    return 2.0 * float(max(sizes))
+
+
+def _of_roots(operator: SecondOrder, speed: float) -> complex:
+    """Return the root of index 1, or the real one, that grows most."""
+    values = [root.value for root in frequency_roots(operator, speed) if root.index > 0]
+    still = spectrum(operator, speed, 0.0)
+    values += [v for v in still.values if v.imag == 0 and v != 0]
+    return max((complex(v) for v in values), key=_excess, default=complex(-np.inf))
+
+
+def _of_spectrum(found: Spectrum) -> complex:
+    values = found.values[found.values.real > np.where(found.values == 0, np.inf, -np.inf)]
+    certain = found.uncertainty[found.values != 0]
+    excess = values.real - np.maximum(certain, NEUTRAL * np.abs(values))
+    return complex(values[np.argmax(excess)]) if values.size else complex(-np.inf)
+
+
+def _excess(value: complex) -> float:
+    return value.real - NEUTRAL * abs(value)
+
+
+def _windows(changes: Sequence[Change], nodes: Sequence[float], most: MostGrowing) -> list[Window]:
+    """Return the ranges between changes in which the root that grows most does grow."""
+    low, high = nodes[0], nodes[-1]
+    apart: list[Change] = []
+    for change in sorted(changes, key=lambda one: one.speed):
+        if not apart or change.speed - apart[-1].speed > _SAME * (high - low):
+            apart.append(change)
+    ends = [low, *(change.speed for change in apart), high]
+    windows: list[Window] = []
+    for place, (begin, end) in enumerate(itertools.pairwise(ends)):
+        inside = [speed for speed in nodes if begin < speed < end] or [0.5 * (begin + end)]
+        tops = {speed: most(speed) for speed in inside}
+        at = max(tops, key=lambda speed: _excess(tops[speed]))
+        if _excess(tops[at]) <= 0:
+            continue
+        at, top = _largest(most, inside, at, tops[at], begin, end)
+        opens, closes = place > 0, place < len(apart)
+        window = Window(
+            low=begin,
+            high=end,
+            opens=opens,
+            closes=closes,
+            onset=apart[place - 1].value if opens else most(begin),
+            end=apart[place].value if closes else most(end),
+            top=top,
+            top_speed=at,
+        )
+        if windows and windows[-1].high == begin:
+            before = windows.pop()
+            higher = max(before, window, key=lambda one: one.top.real)
+            window = window._replace(
+                low=before.low,
+                opens=before.opens,
+                onset=before.onset,
+                top=higher.top,
+                top_speed=higher.top_speed,
+            )
+        windows.append(window)
+    return windows
+
+
+def _largest(
+    most: MostGrowing, places: Sequence[float], at: float, top: complex, low: float, high: float
+) -> tuple[float, complex]:
+    """Return where the growth is largest about the place at which it is seen to be."""
+    around = sorted({low, *places, high})
+    place = around.index(at)
+    found = scipy.optimize.minimize_scalar(
+        lambda speed: -most(float(speed)).real,
+        bounds=(around[max(place - 1, 0)], around[min(place + 1, len(around) - 1)]),
+        method="bounded",
+        options={"xatol": 1e-4 * (high - low), "maxiter": 12},
+    )
+    if -found.fun > top.real:
+        return float(found.x), most(float(found.x))
+    return at, top
