@@ -7,6 +7,7 @@ change of coordinates is a projection, and gives another such operator.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -17,7 +18,6 @@ import scipy.linalg as la
 
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, Matrix, together
 from solidwhirl.rotordyn.core.tolerances import SYMMETRIC
-import itertools
 
 
 class Triple(NamedTuple):

@@ -33,6 +33,8 @@ _SHIFTS = (1.0, 1.37, 0.61, 2.3)
 _KERNEL = 64 * EPS
 # A product of V with free motions below this part of its terms is rounding.
 _NO_PUSH = 1e-8
+# Free motions that V pushes at less than this part of the rate of the question drift.
+_NO_DRIFT = 1e-11
 
 
 class Spectrum(NamedTuple):
@@ -120,9 +122,9 @@ def _slopes(triple: Triple, right: ComplexArray, values: ComplexArray) -> Comple
 
 
 def residuals_of(triple: Triple, values: ComplexArray, right: ComplexArray) -> FloatArray:
-    """Return ‖P(s_j) x_j‖ over ‖|P| |x_j|‖ in the largest row, rows scaled to a unit diagonal, (m,).
+    """Return ‖P(s_j) x_j‖ over ‖|P| |x_j|‖, rows scaled to a unit diagonal, (m,).
 
-    The backward error: the root is one of matrices that differ by this part.
+    The backward error: each is a root of matrices that differ by this part.
     """
     sizes = _terms(triple, values, right)
     rate = float(np.median(np.abs(values))) or 1.0 if values.size else 1.0
@@ -272,8 +274,7 @@ def _zero_count(triple: Triple, top: float) -> int:
     first, second = scale[:, None] * left[:, at], scale[:, None] * right[at].conj().T
     push = first.conj().T @ velocity @ second
     terms = np.abs(first).T @ np.abs(velocity) @ np.abs(second)
-    floor = max(
-        _NO_PUSH * float(terms.max()), 1e-11 * top * float((scale**2 * np.diag(mass)).max())
-    )
+    inertia = float((scale**2 * np.diag(mass)).max())
+    floor = max(_NO_PUSH * float(terms.max()), _NO_DRIFT * top * inertia)
     rank = int(np.count_nonzero(la.svdvals(push) > floor)) if floor > 0 else 0
     return 2 * int(np.count_nonzero(at)) - rank

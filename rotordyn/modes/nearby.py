@@ -1,4 +1,4 @@
-"""Modes near a known one, without the whole spectrum, and how a root moves with its own bearings."""
+"""Modes near a known one, without the whole spectrum: inverse iteration of a block of states."""
 
 from __future__ import annotations
 

@@ -7,6 +7,7 @@ exact, say so, and the interval is halved.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
@@ -29,7 +30,6 @@ from solidwhirl.rotordyn.core.tolerances import (
     SHARE,
     VEERING,
 )
-import itertools
 
 #: Which steps from a to b are to be followed closely, (m,) each: those whose chord meets a window.
 Wanted = Callable[[ComplexArray, ComplexArray], BoolArray]

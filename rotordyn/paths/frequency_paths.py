@@ -6,6 +6,7 @@ problem frozen at the knot, or where two paths of one strip meet.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -18,7 +19,6 @@ from solidwhirl.rotordyn.core.tolerances import ALONE, CERTAIN, DEFECT, GROWTH, 
 from solidwhirl.rotordyn.paths.eigenvalue_paths import near_axis
 from solidwhirl.rotordyn.paths.events import located, refined
 from solidwhirl.rotordyn.paths.frequency_roots import FrequencyRoot, frequency_roots
-import itertools
 
 # Halvings of a first interval, after which unpaired roots are born or end inside.
 _HALVINGS = 12

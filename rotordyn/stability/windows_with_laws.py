@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -17,7 +18,6 @@ from solidwhirl.rotordyn.paths.events import neutral
 from solidwhirl.rotordyn.paths.frequency_paths import Change, growth_changes
 from solidwhirl.rotordyn.paths.frequency_roots import frequency_roots
 from solidwhirl.rotordyn.stability.unstable_windows import Window
-import itertools
 
 # Speeds at which all roots are solved for at first; more where paths ask for it.
 _SPEEDS = 9
