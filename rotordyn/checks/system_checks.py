@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 import scipy.linalg as la
 
+from solidwhirl.rotordyn.assembly.operator import operator_of
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.campbell.diagram import Campbell
 from solidwhirl.rotordyn.checks import plain_checks
@@ -57,7 +58,7 @@ def check_critical_speeds(
     reason = no_count(assembled, constant.negative_count)
     roots = [(c.speed_rad_s, _root(c, ratio)) for c in found]
     out = plain_checks.check_critical_roots(
-        PlainSystem.of(assembled), roots, ratio, speed_max_rad_s
+        PlainSystem.of(assembled), roots, ratio, speed_max_rad_s, operator_of(assembled)
     )
     if out[-1].passed is not None:
         return out
