@@ -65,6 +65,9 @@ def frequency_roots(
     first, last = solve(ends[0]), solve(ends[-1])
     roots = _of_constant_laws(first, 0.0, ends[0])
     for low, high in pairwise(ends):
+        if not any(change.any() for change in operator.by_frequency(speed, low, 1)):
+            roots += _new(_of_constant_laws(solve(low), low, high), roots)
+            continue
         paths = EigenvaluePaths(
             solve,
             lambda frequency, side: operator.by_frequency(speed, frequency, side),
@@ -79,7 +82,7 @@ def frequency_roots(
         for event in events:
             if event.at <= _STILL * high:  # real roots: they are those of the laws at rest
                 continue
-            root = _newton(operator, speed, event.value, low, high)
+            root = root_near(operator, speed, event.value, (low, high))
             # the same path meets itself twice at two places, other paths may do so at one
             if root and not any(path == event.path and _same(root, r) for path, r in found):
                 found.append((event.path, root))
@@ -107,16 +110,25 @@ def _of_constant_laws(found: Spectrum, low: float, high: float) -> list[Frequenc
     ]
 
 
-def _newton(
-    operator: SecondOrder, speed: float, start: complex, low: float, high: float
+def root_near(
+    operator: SecondOrder,
+    speed: float,
+    start: complex,
+    strip: tuple[float, float] = (0.0, np.inf),
 ) -> FrequencyRoot | None:
-    """Return the root of a strip by Newton's method for ω = Im s_j(ω), which is real."""
+    """Return the root next to a number by Newton's method for ω = Im s_j(ω), which is real.
+
+    `strip`: frequencies that it must lie in, rad/s; the law is smooth within. None if there is no
+    root in the strip that it comes to.
+    """
+    low, high = strip
+    margin = 1e-3 * (high if np.isfinite(high) else abs(start))
     value = start
     for _ in range(_STEPS):
         triple = operator.at(speed, value.imag)
         values, rights, lefts = refined(triple, value)
         found, right, left = complex(values[0]), rights[:, 0], lefts[:, 0]
-        side = 1 if value.imag < 0.5 * (low + high) else -1
+        side = 1 if value.imag - low < high - value.imag else -1
         change = operator.by_frequency(speed, value.imag, side)
         turned = -complex(left.conj() @ change.value(found) @ right)
         slope = 1.0 - turned.imag
@@ -124,7 +136,7 @@ def _newton(
             return None
         step = (found.imag - value.imag) / slope
         before, value = value, complex((found + turned * step).real, value.imag + step)
-        if not low - 1e-3 * high < value.imag < high * (1.0 + 1e-3):
+        if not low - margin < value.imag < high + margin:
             return None
         if abs(value - before) <= AT_REST * abs(value):
             break

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 import scipy
@@ -14,9 +14,9 @@ from solidwhirl.rotordyn.core.second_order import SecondOrder
 from solidwhirl.rotordyn.core.spectrum import Spectrum, lowest_frequency, spectrum
 from solidwhirl.rotordyn.modes.damping import NEUTRAL
 from solidwhirl.rotordyn.paths.eigenvalue_paths import speed_paths
-from solidwhirl.rotordyn.paths.events import neutral
+from solidwhirl.rotordyn.paths.events import neutral, refined
 from solidwhirl.rotordyn.paths.frequency_paths import Change, growth_changes
-from solidwhirl.rotordyn.paths.frequency_roots import frequency_roots
+from solidwhirl.rotordyn.paths.frequency_roots import FrequencyRoot, frequency_roots, root_near
 from solidwhirl.rotordyn.stability.unstable_windows import Window
 
 # Speeds at which all roots are solved for at first; more where paths ask for it.
@@ -26,6 +26,8 @@ _SAME = 1e-9
 
 #: The root that grows most at a speed, −inf if there is none.
 MostGrowing = Callable[[float], complex]
+#: The root at a speed that is next to another one.
+NearRoot = Callable[[float, complex], complex]
 
 
 def windows_with_laws(assembled: AssembledSystem, low: float, high: float) -> list[Window]:
@@ -40,16 +42,30 @@ def windows_with_laws(assembled: AssembledSystem, low: float, high: float) -> li
     speeds = np.linspace(low, high, _SPEEDS).tolist()
     if operator.frequency_knots:
         changes, nodes = growth_changes(operator, speeds)
-        known = [node.speed for node in nodes]
-        return _windows(changes, known, lambda speed: _of_roots(operator, speed))
+        roots = {node.speed: node.roots for node in nodes}
+
+        def near_root(speed: float, start: complex) -> complex:
+            found = root_near(operator, speed, start)
+            return start if found is None else found.value
+
+        return _windows(
+            changes, [*roots], lambda speed: _of_roots(operator, speed, roots), near_root
+        )
     top = _highest(operator, low, high)
     paths = speed_paths(operator, speeds, top, growth=True)
     events = paths.crossings(lambda _, values: values.real, lambda _, slopes: slopes.real)
     found = [neutral(operator, event.at, event.value) for event in events]
     changes = [Change(one.speed, one.value, is_birth=False) for one in found if one is not None]
     inside = [change for change in changes if low <= change.speed <= high]
-    known = [node.at for node in paths.nodes]
-    return _windows(inside, known, lambda speed: _of_spectrum(spectrum(operator, speed, top=top)))
+    spectra = {node.at: node.spectrum for node in paths.nodes}
+
+    def most(speed: float) -> complex:
+        return _of_spectrum(spectra.get(speed) or spectrum(operator, speed, top=top))
+
+    def near(speed: float, start: complex) -> complex:
+        return complex(refined(operator.at(speed), start).values[0])
+
+    return _windows(inside, [*spectra], most, near)
 
 
 def _highest(operator: SecondOrder, low: float, high: float) -> float:
@@ -63,12 +79,15 @@ def _highest(operator: SecondOrder, low: float, high: float) -> float:
     return 2.0 * float(max(sizes))
 
 
-def _of_roots(operator: SecondOrder, speed: float) -> complex:
+def _of_roots(
+    operator: SecondOrder, speed: float, known: Mapping[float, Sequence[FrequencyRoot]]
+) -> complex:
     """Return the root of index 1, or the real one, that grows most."""
-    values = [root.value for root in frequency_roots(operator, speed) if root.index > 0]
-    still = spectrum(operator, speed, 0.0)
-    values += [v for v in still.values if v.imag == 0 and v != 0]
-    return max((complex(v) for v in values), key=_excess, default=complex(-np.inf))
+    roots = known.get(speed) or frequency_roots(operator, speed)
+    still = spectrum(operator, speed, 0.0).values
+    values = [root.value for root in roots if root.index > 0]
+    values += [complex(value) for value in still if value.imag == 0 and value != 0]
+    return max(values, key=_excess, default=complex(-np.inf))
 
 
 def _of_spectrum(found: Spectrum) -> complex:
@@ -82,7 +101,9 @@ def _excess(value: complex) -> float:
     return value.real - NEUTRAL * abs(value)
 
 
-def _windows(changes: Sequence[Change], nodes: Sequence[float], most: MostGrowing) -> list[Window]:
+def _windows(
+    changes: Sequence[Change], nodes: Sequence[float], most: MostGrowing, near: NearRoot
+) -> list[Window]:
     """Return the ranges between changes in which the root that grows most does grow."""
     low, high = nodes[0], nodes[-1]
     apart: list[Change] = []
@@ -97,7 +118,7 @@ def _windows(changes: Sequence[Change], nodes: Sequence[float], most: MostGrowin
         at = max(tops, key=lambda speed: _excess(tops[speed]))
         if _excess(tops[at]) <= 0:
             continue
-        at, top = _largest(most, inside, at, tops[at], begin, end)
+        at, top = _largest(near, inside, at, tops[at], begin, end)
         opens, closes = place > 0, place < len(apart)
         window = Window(
             low=begin,
@@ -124,17 +145,17 @@ def _windows(changes: Sequence[Change], nodes: Sequence[float], most: MostGrowin
 
 
 def _largest(
-    most: MostGrowing, places: Sequence[float], at: float, top: complex, low: float, high: float
+    near: NearRoot, places: Sequence[float], at: float, top: complex, low: float, high: float
 ) -> tuple[float, complex]:
     """Return where the growth is largest about the place at which it is seen to be."""
     around = sorted({low, *places, high})
     place = around.index(at)
     found = scipy.optimize.minimize_scalar(
-        lambda speed: -most(float(speed)).real,
+        lambda speed: -near(float(speed), top).real,
         bounds=(around[max(place - 1, 0)], around[min(place + 1, len(around) - 1)]),
         method="bounded",
-        options={"xatol": 1e-4 * (high - low), "maxiter": 12},
+        options={"xatol": 1e-4 * (high - low), "maxiter": 20},
     )
     if -found.fun > top.real:
-        return float(found.x), most(float(found.x))
+        return float(found.x), near(float(found.x), top)
     return at, top
