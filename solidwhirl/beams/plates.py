@@ -424,7 +424,8 @@ def hoop_stiffness(skeleton: Skeleton, cell: Cell, place: Place) -> float:
     if solid >= 1.0:
         return math.inf
     sides = sum(_neighbour(skeleton, cell, place.column, step) is not None for step in (-1, 1))
-    width = cell.end_m - cell.start_m + sides * math.sqrt(0.5 * (inner + outer) * (outer - inner)) / 1.3
+    reach = math.sqrt(0.5 * (inner + outer) * (outer - inner)) / 1.3
+    width = cell.end_m - cell.start_m + sides * reach
     return column.layers[0].material.youngs_modulus_pa * (outer - inner) * width / (1.0 - solid)
 
 

@@ -180,7 +180,8 @@ def test_interfaces_at_one_place_move_as_one(beam_bodies):
         modes_at_speed(assemble({"rotor": Rotor(element=e, speed_ratio=1.0)}, ()), speed, 8)
         for e in (element, plain)
     )
-    assert found.frequency_hz == pytest.approx(expected.frequency_hz, rel=1e-8, abs=1e-6)
+    # the plane cuts the seat: five rings stand for it, not three, and the modes left out differ
+    assert found.frequency_hz == pytest.approx(expected.frequency_hz, rel=1e-5, abs=1e-6)
     assert expected.frequency_hz.max() > 400.0
 
 

@@ -97,6 +97,8 @@ def on_springs(element, stiffness):
     return np.sqrt(square[:8:2]) / (2.0 * np.pi)
 
 
+# measured: least ratio 1.3 beyond 5e-4; as a rigid circle where the drum meets them, webs make an
+# error of 14 %, nine times the estimate
 @pytest.mark.solver
 @pytest.mark.parametrize("name", SEATED)
 def test_estimate_covers_the_error_on_bearings(harmonic_element, name):
@@ -153,10 +155,10 @@ def test_distributing_seat_is_loaded_evenly_and_moves_as_the_mean():
     bending = steel * np.pi * 0.02**4 / 4.0
     shear = 6.0 * (1.0 + nu) ** 2 / (7.0 + 12.0 * nu + 4.0 * nu**2)  # Hutchinson, solid
     shear *= steel / (2.0 * (1.0 + nu)) * np.pi * 0.02**2
-    at = np.linspace(start, end, 401)
+    at = start + (np.arange(400) + 0.5) / 400.0 * (end - start)
     low, high = np.minimum.outer(at, at), np.maximum.outer(at, at)
     influence = low**2 * (3.0 * high - low) / (6.0 * bending) + low / shear
-    mean = np.trapezoid(np.trapezoid(influence, at), at) / (end - start) ** 2
+    mean = influence.mean()
     # three rings stand for the surface: shear between them is off by (13 / 36 - 1 / 3) b / κGA
     rounded = (13.0 / 36.0 - 1.0 / 3.0) * (end - start) / shear / mean
     assert flexibility(element) == pytest.approx(mean, rel=2.0 * rounded)
