@@ -177,7 +177,7 @@ def worst_cases(records: list[dict], accuracies: tuple[float, ...], count: int =
 
 def beams(scenes: list[Scene]) -> Iterator[str]:
     """Lines of a table of the beam level: estimate over error, rotor by rotor, and of all."""
-    yield "| rotor | frequencies | underestimated | least ratio | median | largest error | refused |"
+    yield "| rotor | frequencies | underestimated | least ratio | median | largest error | note |"
     yield "|---|---|---|---|---|---|---|"
     every: list[float] = []
     for scene in scenes:

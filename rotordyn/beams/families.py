@@ -52,7 +52,7 @@ class Mean(NamedTuple):
     second_m4: tuple[float, ...]
 
     def rows(self, z_m: FloatArray, family: Family) -> FloatArray:
-        """Return the motion of the interface in those of the nodes, (per node, nodes · per node)."""
+        """Return the motion of the interface in that of the nodes, (step, nodes · step)."""
         area, second = np.array(self.area_m2), np.array(self.second_m4)
         if family != "lateral":
             weight = area if family == "axial" else second

@@ -40,9 +40,10 @@ def beam_element_of(
 
     Columns are Timoshenko beams on the axis, several at one place where a drum surrounds a shaft.
     Disks and webs are Mindlin plates in circumferential order 1 (0 for axial motion and torsion)
-    with a rigid circle where they meet a beam. Rigid interfaces hold the whole cross-section
-    between their planes, distributing ones follow the beam along their surface. Centrifugal stiffness: that of plates, under their own load and that of
-    the rings that hold them; drums and cones have none.
+    with a rigid circle where they meet a solid beam; thin walls stretch there. Rigid interfaces
+    hold the whole cross-section between their planes, distributing ones follow the beam along
+    their surface. Centrifugal stiffness: that of plates, under their own load and that of the
+    rings that hold them; drums and cones have none.
 
     Parameters
     ----------

@@ -267,7 +267,9 @@ def _seat(
         _Ring(_reached(skeleton, hit, z + stretch * (at - z) + step), share * area, share * second)
         for line in lines
         for at, area, second in _rings_of(line)
-        for step, share in (zip((-reach, 0.0, reach), _SIMPSON) if flat else ((0.0, 1.0),))
+        for step, share in (
+            zip((-reach, 0.0, reach), _SIMPSON, strict=True) if flat else ((0.0, 1.0),)
+        )
     ]
     return _Seat(place, tuple(hit), None, tuple(rings))
 

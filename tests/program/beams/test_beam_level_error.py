@@ -59,7 +59,7 @@ def test_estimate_of_equal_models_is_zero_and_shapes_are_checked():
         beam_theory_error(np.zeros((len(VARIANTS), 3)))
 
 
-# Thin webs and a drum on a shaft; a short thick shaft, stepped; a bored one with a seat in the bore.
+# Thin webs and a drum on a shaft; a short thick shaft; a bored one with a seat in the bore.
 SEATED = {
     "thin webs": (
         [

@@ -8,7 +8,6 @@ import itertools
 import numpy as np
 import pytest
 import scipy.linalg as la
-import shapes
 
 from solidwhirl.beams.body import beam_element_of, beam_variants
 from solidwhirl.beams.error import VARIANTS
