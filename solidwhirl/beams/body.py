@@ -27,6 +27,8 @@ _LATERAL: tuple[Component, ...] = ("ux", "uy", "rx", "ry")
 _MATRICES = ("mass", "stiffness", "gyroscopic", "stress_stiffening", "spin_softening")
 #: Fixed-interface modes kept in each plane unless the caller says so.
 MODES = 24
+# What is left of a short rigid piece, of its length.
+_LEFT = 0.05
 
 
 def beam_element_of(
@@ -99,8 +101,7 @@ def beam_variants(
 def _blurred(body: Body, layout: Layout) -> Layout:
     """The layout with the ends of all seats elsewhere, by what a beam knows of their place.
 
-    Distributing ones reach further; rigid pieces are shorter, or distributing where nothing is left
-    of them.
+    Distributing ones, and rigid planes, reach further; rigid pieces are shorter.
     """
     seats = []
     for interface, node in zip(body.interfaces, layout.interfaces, strict=True):
@@ -109,9 +110,10 @@ def _blurred(body: Body, layout: Layout) -> Layout:
             seats.append(interface)
             continue
         column = layout.skeleton.columns[owners[0]]
-        step = decay_length_m(column, interface.position_m[2])
-        if interface.end_m - interface.start_m > 2.0 * step:
-            start, end = interface.start_m + step, interface.end_m - step
+        middle, length = interface.position_m[2], interface.end_m - interface.start_m
+        left = max(length - 2.0 * decay_length_m(column, middle), _LEFT * length)
+        start, end = middle - 0.5 * left, middle + 0.5 * left
+        if left > 0.0:
             seats.append(replace(interface, start_m=start, end_m=end))
         else:
             seats.append(replace(interface, coupling="distributing"))

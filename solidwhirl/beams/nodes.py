@@ -29,6 +29,8 @@ _SAME = 1e-9
 _SIMPSON = (1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0)
 # Radii over the length along which stresses decay that have no resultant.
 _DECAY = 2.7
+# Ratio of radii below which a tube is solid around a bore (as of roots of plates).
+_THICK = 0.5
 
 
 class Element(NamedTuple):
@@ -258,7 +260,15 @@ def _seat(
             f"({', '.join(sorted(names))}); limit it to one of them with its radial range"
         )
     place = Place(under[0], z)
-    reach = decay_length_m(skeleton.columns[under[0]], z) if blurred else 0.0
+    column = skeleton.columns[under[0]]
+    if interface.kind == "inner" and column.inner_m(z) < _THICK * column.outer_m(z):
+        raise BeamLevelError(
+            f"body '{body.name}': interface '{interface.name}' sits in a bore of "
+            f"{column.inner_m(z):.4g} m in a shaft of {column.outer_m(z):.4g} m radius; the wall "
+            f"gives way around a bore below {_THICK:g} of the radius, which beams do not know; "
+            "choose level harmonic"
+        )
+    reach = decay_length_m(column, z) if blurred else 0.0
     flat = interface.start_m == interface.end_m
     if interface.coupling == "rigid" or (flat and not blurred):
         return _Seat(place, tuple(hit), None)

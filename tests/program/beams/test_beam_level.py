@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 import scipy.linalg as la
+import shapes
 
 from solidwhirl.beams.body import beam_element_of, beam_variants
 from solidwhirl.beams.error import VARIANTS
@@ -211,6 +212,18 @@ def test_rigid_slab_is_rigid(beam_bodies):
                 b["reference"], kind="face", start_m=0.145, end_m=0.145, radius_m=(0.05, 0.1)
             ),
             "flat of a disk",
+        ),
+        (
+            lambda b: seated(
+                shapes.body(
+                    shapes.section("shaft", 0.0, 0.4, 0.005, 0.02),
+                    interfaces=[shapes.plane("p0", 0.0)],
+                ),
+                kind="inner",
+                start_m=0.1,
+                end_m=0.12,
+            ),
+            "bore of 0.005 m in a shaft of 0.02 m",
         ),
         (lambda b: dataclasses.replace(b["drum"], interfaces=()), "at least one interface"),
     ],
