@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import combinations
-
 import numpy as np
 import scipy
 
@@ -133,11 +131,11 @@ def _surface(
 
 
 def _refuse_apart(cells: IntArray, section: IntArray, names: tuple[str, ...]) -> None:
-    """Refuse solids that touch no other."""
+    """Refuse solids that do not hang together by what they touch."""
     ends = cells[:, _EDGES[:, :2]].reshape(-1, 2)
     graph = scipy.sparse.coo_matrix((np.ones(len(ends)), ends.T), shape=(cells.max() + 1,) * 2)
     _, part = scipy.sparse.csgraph.connected_components(graph, directed=False)
-    own = [set(part[cells[section == k, 0]]) for k in range(len(names))]
-    for a, b in combinations(range(len(names)), 2):
-        if not own[a] & own[b]:
-            raise MeshingError(f"solids {names[a]!r} and {names[b]!r} do not hang together")
+    apart = np.flatnonzero(part[cells[:, 0]] != part[cells[0, 0]])
+    if len(apart):
+        first, other = names[section[0]], names[section[apart[0]]]
+        raise MeshingError(f"solids {first!r} and {other!r} do not hang together")

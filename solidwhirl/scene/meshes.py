@@ -183,6 +183,9 @@ class MeshBodySpec(Record):
         for key, given in (("sectors", self.sectors), ("symmetry", self.symmetry == "none")):
             if given:
                 raise ValueError(f"joints are of bodies of revolution; leave out {key}")
+        pairs = [frozenset(joint.between) for joint in self.joints]
+        if len(set(pairs)) < len(pairs):
+            raise ValueError("two joints are between the same solids; keep one of them")
         if any(joint.over_m is not None for joint in self.joints):
             raise ValueError("over_m is for joints of sections; solids carry where they are drawn")
 

@@ -94,7 +94,7 @@ def join(request: MeshRequest) -> tuple[Joint, ...]:
             f"{shown[a]} and {shown[b]} overlap by {depth:.3g} mm, in {volume:.4g} mm³ about "
             f"({place}) mm, and {said}: whose the common part is, the file does not say. "
             "Cut it off one of them, so that they touch and are joined; of an interference fit say "
-            f"joints = [{{ between = [{names[a]!r}, {names[b]!r}] }}]"
+            f'joints = [{{ between = ["{names[a]}", "{names[b]}"] }}]'
         )
     return joints
 
@@ -162,7 +162,8 @@ def _sleeve_m(tag: int, joint: Joint, request: MeshRequest) -> float:
             f"{joint.where}: the solids overlap in {volume:.4g} mm³, z from {z.min():.6g} to "
             f"{z.max():.6g} mm, r from {r.min():.6g} to {r.max():.6g} mm: that is no fit on a "
             f"cylinder about the axis, all around and thinner than {_THIN:g} of its radius. Cones "
-            "and faces clamped by bolts are drawn touching, with stiffness_n_per_m3 or pressure_pa"
+            "and faces clamped by bolts are drawn touching, with stiffness_n_per_m3 or pressure_pa; "
+            "or check axis"
         )
     return depth * UNIT_M
 
