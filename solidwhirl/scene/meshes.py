@@ -14,18 +14,17 @@ from solidwhirl.core.fields import (
     BesideScene,
     Count,
     Finite,
+    GroupName,
     Name,
     NotNegative,
     Positive,
     Record,
-    Title,
 )
 from solidwhirl.rotordyn.core.foreign import ForeignError, refuse_irregular
 from solidwhirl.scene.body_joints import JointSpec
 from solidwhirl.scene.joints import InternalDampingSpec
 
 Direction = tuple[Finite, Finite, Finite]
-GroupName = Annotated[Title, Field(min_length=1, max_length=200)]
 #: Lengths of the units that a mesh may be in [m].
 UNITS_M = {"m": 1.0, "mm": 1e-3, "in": 0.0254}
 #: Units that the masses of a mesh may be in [kg].

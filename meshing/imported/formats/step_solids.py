@@ -162,8 +162,8 @@ def _sleeve_m(tag: int, joint: Joint, request: MeshRequest) -> float:
             f"{joint.where}: the solids overlap in {volume:.4g} mm³, z from {z.min():.6g} to "
             f"{z.max():.6g} mm, r from {r.min():.6g} to {r.max():.6g} mm: that is no fit on a "
             f"cylinder about the axis, all around and thinner than {_THIN:g} of its radius. Cones "
-            "and faces clamped by bolts are drawn touching, with stiffness_n_per_m3 or pressure_pa; "
-            "or check axis"
+            "and faces clamped by bolts are drawn touching, with stiffness_n_per_m3 or pressure_pa"
+            "; or check axis"
         )
     return depth * UNIT_M
 
