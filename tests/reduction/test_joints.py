@@ -384,7 +384,7 @@ def test_lame_pressure_of_a_fit_as_it_is_drawn(tmp_path: Path) -> None:
         material=CORK,
         materials=(("hub", light),),
         joints=(Joint(between=("shaft", "hub")),),
-        step=StepSize(size_m=0.002, smallest_m=0.001, around=16),
+        step=StepSize(size_m=0.004, smallest_m=0.001, around=16),
     )
     asked = replace(asked, joints=step_geometry(asked).joints)
     mesh = mesh_of(mesh_step(asked), asked, "fit")
