@@ -185,6 +185,7 @@ def test_fits_as_drawn_are_named(tmp_path, overlap_mm):
         step_geometry(asked)
     found = re.search(said, str(caught.value))
     assert float(found[1]) == pytest.approx(overlap_mm, rel=0.01)
+    assert 'joints = [{ between = ["shaft", "hub"] }]' in str(caught.value)
 
 
 def fitted(path, *joints, **changes):

@@ -181,8 +181,8 @@ def mesh_step(request: MeshRequest) -> FileMesh:
     `request`: file, unit and sizes. Solids that touch are joined. The boxes of interfaces are cut
     into the solids, so that elements end where boxes do. A body of sectors is meshed as one of
     them, with periodic cuts; of one with joints the meridian, with triangles. Result: in the unit
-    of the request; labels of solids and faces are groups. Raises MeshingError:
-    gmsh can't read or mesh the file, or there are no equal sectors.
+    of the request; labels of solids and faces are groups. Raises MeshingError: gmsh can't read or
+    mesh the file, there are no equal sectors, or a solid with joints is not of revolution.
     """
     _size_of(request)
     memory = int(available_memory_gib() * 1024**3)

@@ -94,7 +94,7 @@ def join(request: MeshRequest) -> tuple[Joint, ...]:
             f"{shown[a]} and {shown[b]} overlap by {depth:.3g} mm, in {volume:.4g} mm³ about "
             f"({place}) mm, and {said}: whose the common part is, the file does not say. "
             "Cut it off one of them, so that they touch and are joined; of an interference fit say "
-            f'joints = [{{ between = ["{names[a]}", "{names[b]}"] }}]'
+            f'joints = [{{ between = ["{names[a] or "label"}", "{names[b] or "label"}"] }}]'
         )
     return joints
 
