@@ -25,7 +25,6 @@ import subprocess
 import sys
 import time
 import warnings
-from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -53,6 +52,7 @@ Numbers = dict[str, np.ndarray]
 
 
 def main() -> int:
+    """Do what is asked for."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -125,7 +125,7 @@ def _of_machine(kind: str, drawn: Callable[[int], Any], number: int) -> Numbers:
             signal.setitimer(signal.ITIMER_PROF, LONGEST)
             made = compute()
             signal.setitimer(signal.ITIMER_PROF, 0.0)
-        except Exception as error:  # noqa: BLE001 - whatever it is, it is the result
+        except Exception as error:  # whatever it is, it is the result
             signal.setitimer(signal.ITIMER_PROF, 0.0)
             found[f"refused/{name}"] = np.array(f"{type(error).__name__}: {error}"[:2000])
             return None
@@ -285,8 +285,8 @@ def _map(system: Any, names: list[str], stiffness: np.ndarray, top: float) -> di
 def _asymmetric(machine: Any, number: int, of: Callable[..., Any]) -> None:
     """Unstable ranges, exponents, critical speeds and steady motion of an asymmetric machine."""
     from solidwhirl.rotordyn import asymmetric
-    from solidwhirl.rotordyn.asymmetric.response import steady_motion
     from solidwhirl.rotordyn.asymmetric.resonances import critical_speeds, gravity_critical_speeds
+    from solidwhirl.rotordyn.asymmetric.response import steady_motion
 
     rotating, periodic, low, high = None, machine, 0.5, 6.0
     if hasattr(machine, "rotors"):
@@ -343,7 +343,7 @@ def _resonances(found: Any) -> dict[str, Any]:
 
 
 def run_scenes(folder: Path) -> None:
-    """Run every scene into a folder of its own, unless it is there; those that take long are left."""
+    """Run every scene that is not there into a folder of its own; what takes long is left."""
     for scene in sorted((Path(__file__).parents[1] / "scenes").glob("*.toml")):
         out = folder / scene.stem
         if (out / "results.json").exists() or (out / "refused.txt").exists():

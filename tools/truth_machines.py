@@ -23,6 +23,7 @@ from solidwhirl.rotordyn.bearings.magnetic import MagneticBearing
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "rotordyn"))
 
 LATERAL, EVERY = ("ux", "uy", "rx", "ry"), ("ux", "uy", "rx", "ry", "uz", "rz")
+Random, Law = np.random.Generator, dict[str, Any]
 CROSS = np.array([[0.0, 1.0], [-1.0, 0.0]])
 
 
@@ -45,7 +46,7 @@ class Machine:
         """The system in the frame of a body that bends unlike in two planes."""
         return assemble_rotating(self.rotors, tuple(self.bearings), "r0")
 
-    def hold(self, at: str, second: str | None = None, law: dict[str, Any] | None = None, **own):
+    def hold(self, at: str, second: str | None = None, law: Law | None = None, **own: Any) -> None:
         """Add a bearing, perhaps with a law."""
         first, other = (
             None if e is None else rd.End(body=e[:2], interface=e[3:]) for e in (at, second)
@@ -65,7 +66,7 @@ class Machine:
 
 
 def system(number: int) -> Machine:
-    """One to three shafts or casings of beams and rigid bodies, with constant bearings or tables."""
+    """One to three shafts or casings, beams or rigid, on constant bearings or tables."""
     rng = np.random.default_rng([36, 1, number])
     machine = Machine(top=float(10 ** rng.uniform(2.5, 3.5)))
     holding = str(rng.choice(["held", "held", "held", "partly", "free", "coupled", "pinned"]))
@@ -107,7 +108,9 @@ def system(number: int) -> Machine:
     return machine
 
 
-def _body(rng, name, components, machine, count):
+def _body(
+    rng: Random, name: str, components: tuple[str, ...], machine: Machine, count: int
+) -> rd.Superelement:
     if rng.random() < 0.15:
         mass, length = 10 ** rng.uniform(0.0, 2.0), rng.uniform(0.3, 1.0)
         across = mass * (length * rng.uniform(0.1, 0.5)) ** 2
@@ -122,7 +125,9 @@ def _body(rng, name, components, machine, count):
     return _beam(rng, name, pieces, components)
 
 
-def _beam(rng, name, pieces, components=LATERAL):
+def _beam(
+    rng: Random, name: str, pieces: int, components: tuple[str, ...] = LATERAL
+) -> rd.Superelement:
     stations = np.cumsum([0.0, *rng.uniform(0.08, 0.3, pieces)])
     radii = rng.uniform(0.012, 0.05, pieces)
     places = {"a": stations[0], "c": stations[len(stations) // 2], "b": stations[-1]}
@@ -141,7 +146,7 @@ def _beam(rng, name, pieces, components=LATERAL):
     return rd.beam_superelement(name, stations, radii, bore, steel, places, disks, components)
 
 
-def _inside(rng, machine):
+def _inside(rng: Random, machine: Machine) -> rd.InternalDamping | None:
     if rng.random() > 0.15:
         return None
     machine.kinds.add("internal damping")
@@ -151,7 +156,7 @@ def _inside(rng, machine):
     )
 
 
-def _sizes(rng):
+def _sizes(rng: Random) -> tuple[float, float]:
     """Stiffness and damping of a bearing, N/m and N s/m."""
     stiffness = 10 ** rng.uniform(5.0, 8.0)
     share = rng.choice(
@@ -160,7 +165,7 @@ def _sizes(rng):
     return stiffness, float(share) * stiffness / 500.0
 
 
-def _springs(rng, machine):
+def _springs(rng: Random, machine: Machine) -> dict[str, Any]:
     stiffness, damping = _sizes(rng)
     kind = str(rng.choice(["isotropic", "anisotropic", "cross"]))
     machine.kinds |= {kind, "damped" if damping else "undamped"}
@@ -176,7 +181,7 @@ def _springs(rng, machine):
     return own
 
 
-def _support(rng, machine, at, pinned):
+def _support(rng: Random, machine: Machine, at: str, pinned: bool) -> None:
     if pinned and rng.random() < 0.5:
         machine.hold(at, rigid=("ux", "uy"))
         return
@@ -187,15 +192,22 @@ def _support(rng, machine, at, pinned):
         machine.hold(at, law=_speed_table(rng, machine))
     else:
         stiffness, damping = _sizes(rng)
-        factors = {f"{part}_{axis}": (1.0, rng.uniform(-0.4, 0.4) / machine.top, rng.uniform(0, 0.4) / machine.top**2)
-                   for part in ("stiffness", "damping") for axis in "xy"}  # fmt: skip
+        factors = {
+            f"{part}_{axis}": (
+                1.0,
+                rng.uniform(-0.4, 0.4) / machine.top,
+                rng.uniform(0, 0.4) / machine.top**2,
+            )
+            for part in ("stiffness", "damping")
+            for axis in "xy"
+        }
         law = {"kind": "polynomial", "k": stiffness, "c": damping, **factors}
         machine.kinds.add("polynomial")
         own = {"stiffness_n_per_m": stiffness * np.eye(2), "damping_n_s_per_m": damping * np.eye(2)}
         machine.hold(at, law=law, **own)
 
 
-def _speed_table(rng, machine):
+def _speed_table(rng: Random, machine: Machine) -> Law:
     stiffness, damping = _sizes(rng)
     rows = int(rng.integers(2, 7))
     speeds = np.unique(np.round(rng.uniform(0.0, 1.2 * machine.top, rows), 3))
@@ -212,7 +224,14 @@ def _speed_table(rng, machine):
     return {"kind": "speed", "speeds": speeds, "k": k, "c": c, "interpolation": how}
 
 
-def _matrices(rng, size, rows, d, spread=0.6, uneven=None):
+def _matrices(
+    rng: Random,
+    size: float,
+    rows: tuple[int, ...],
+    d: int,
+    spread: float = 0.6,
+    uneven: str | None = None,
+) -> np.ndarray:
     """Coefficients (*rows, d, d) of a film: alike, uneven or cross-coupled, changing row by row."""
     uneven = str(rng.choice(["alike", "uneven", "cross"])) if uneven is None else uneven
     value = size * np.exp(rng.normal(0.0, spread, (*rows, 1, 1))) * np.eye(d)
@@ -268,7 +287,7 @@ def laws(number: int) -> Machine:
     return machine
 
 
-def _frequency_table(rng, machine):
+def _frequency_table(rng: Random, machine: Machine) -> Law:
     stiffness, damping = 10 ** rng.uniform(5.3, 7.3), 10 ** rng.uniform(1.3, 3.8)
     d = int(rng.choice([2, 2, 2, 4]))
     knots = int(rng.integers(2, 9))
@@ -305,8 +324,8 @@ def _frequency_table(rng, machine):
     }
 
 
-def _controller(rng, machine):
-    """Two chains, as [P, I, D, roll-off] and filters [kind, numbers], or a state space of both axes."""
+def _controller(rng: Random, machine: Machine) -> Law:
+    """Two chains, [P, I, D, roll-off] and filters [kind, numbers], or a state space of both."""
     negative = 10 ** rng.uniform(5.0, 6.3)
     law: dict[str, Any] = {"kind": "controller", "ki": 200.0, "ks": negative}
     if rng.random() < 0.15:
@@ -326,7 +345,7 @@ def _controller(rng, machine):
     return law | {"x": chain, "y": other}
 
 
-def _chain(rng, negative, machine):
+def _chain(rng: Random, negative: float, machine: Machine) -> Law:
     gain = negative / 200.0 * rng.uniform(1.3, 4.0)
     rate = gain * 10 ** rng.uniform(-3.7, -2.3)
     integral = gain * 10 ** rng.uniform(-1.0, 1.5) if rng.random() < 0.45 else 0.0
@@ -348,7 +367,7 @@ def _chain(rng, negative, machine):
     return {"pid": [gain, integral, rate, roll_off], "filters": filters}
 
 
-def _record(name, law):
+def _record(name: str, law: Law) -> Any:
     """The law as a record of the package."""
     if law["kind"] == "speed":
         return rd.TableLaw(
@@ -376,7 +395,7 @@ def _record(name, law):
     return MagneticLaw(name=name, bearing=bearing)
 
 
-def _in_series(chain):
+def _in_series(chain: Law) -> ct.Controller:
     p, i, d, roll_off = chain["pid"]
     made = {
         "low_pass": lambda cut, zeta: ct.low_pass(cut, zeta or None),

@@ -11,6 +11,7 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -92,10 +93,12 @@ class Dynamic:
     is_series: bool = False
 
     def of(self, name: str) -> Any:
+        """A stored number."""
         return self.stored[name]
 
     @cached_property
     def matrices(self) -> dict[str, Array]:
+        """M, C, G, K, K2 and N by the first letters of their names."""
         names = (
             "mass",
             "damping",
@@ -129,6 +132,7 @@ class Dynamic:
 
     @property
     def depends_on_frequency(self) -> bool:
+        """Whether a law is a table over the frequency or has a controller."""
         return any(law["kind"] in ("frequency", "controller") for _, law in self.laws)
 
     @property
@@ -175,9 +179,11 @@ class Dynamic:
         return d, size
 
     def scaled(self, s: complex, speed: float, by: Array) -> Array:
+        """D in given units."""
         return self.at(s, speed)[0] / np.outer(by, by)
 
     def units(self, s: complex, speed: float) -> Array:
+        """What rows and columns are divided by, which is kept while a root is followed."""
         return np.sqrt(np.maximum(self.at(s, speed)[1], 1e-300))
 
     def root(self, s: complex, speed: float) -> Settled:
@@ -186,7 +192,7 @@ class Dynamic:
         return settled(lambda z: self.scaled(z, speed, by), s, max(abs(s), 1e-3))
 
     def critical(self, speed: float, growth: float, ratio: float) -> Settled:
-        """Whether growth + i·ratio·speed is a root at a speed; both are told as growth + i·speed."""
+        """Whether growth + i·ratio·speed is a root at a speed; told as growth + i·speed."""
         by = self.units(complex(growth, ratio * speed), speed)
         return settled(
             lambda p: self.scaled(complex(p.real, ratio * p.imag), p.imag, by),
@@ -249,16 +255,16 @@ class Dynamic:
         return la.block_diag(mass, none), la.block_diag(velocity, np.eye(len(a))), whole
 
     def _scanned(self, speed: float) -> Array:
-        """Starts: where paths of the frozen problem over the frequency come to their own frequency."""
+        """Starts: where roots of the problem frozen at a frequency come to it."""
         real = _quadratic_roots(*self.frozen(speed, 0.0))
         starts = list(real[np.abs(real.imag) < 1e-9 * np.abs(real)].real)
         ends = self.knots
         last = _quadratic_roots(*self.frozen(speed, 2.0 * ends[-1]))
         starts += list(last[last.imag >= ends[-1] * (1.0 - 1e-6)])
-        for low, high in zip(ends[:-1], ends[1:], strict=True):
+        for low, high in pairwise(ends):
             grid = np.linspace(low, high, 13)
             before = _quadratic_roots(*self.frozen(speed, low))
-            for w0, w1 in zip(grid[:-1], grid[1:], strict=True):
+            for w0, w1 in pairwise(grid):
                 after = _quadratic_roots(*self.frozen(speed, w1))
                 before, after = _paired(before, after)
                 first, then = before.imag - w0, after.imag - w1
@@ -475,6 +481,7 @@ class Turning:
 
     @cached_property
     def terms(self) -> dict[str, list[tuple[int, int, Array]]]:
+        """Harmonic, power and matrix of the terms of V and K."""
         out: dict[str, list[tuple[int, int, Array]]] = {}
         for part in ("velocity", "stiffness"):
             count = sum(
@@ -493,9 +500,11 @@ class Turning:
 
     @property
     def stride(self) -> int:
+        """Periods in a turn."""
         return int(self.stored["terms/stride"])
 
     def parts(self, name: str, speed: complex) -> dict[int, Array]:
+        """V or K by harmonic at a speed."""
         out: dict[int, Array] = {}
         for h, power, matrix in self.terms[name]:
             out[h] = out.get(h, 0.0) + speed**power * matrix
@@ -519,9 +528,11 @@ class Turning:
         return np.block(rows)
 
     def units(self, s: complex, speed: float, offset: int = 0) -> Array:
+        """As of `Dynamic`."""
         return np.sqrt(np.abs(self.matrix(s, speed, offset)).max(axis=1))
 
     def root(self, s: complex, speed: float) -> Settled:
+        """Whether s is an exponent at a speed."""
         by = self.units(s, speed)
         return settled(
             lambda z: self.matrix(z, speed) / np.outer(by, by), s, max(abs(s), 1e-3 * speed)

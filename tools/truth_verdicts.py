@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
+from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -87,6 +88,11 @@ class Judge:
             "stiffness_map": self._plain,
         }
         seen = {n if n.split("/")[0] in ("modes", "critical") else n.split("/")[0] for n in names}
+        for key in (k for k in self.a if k.startswith(("laws/", "matrices/mass", "terms/mass"))):
+            pair = [r.get(key) for r in (self.a, self.b)]
+            if pair[1] is not None and not _same_numbers(*pair):
+                yield "machine", [Line("other", f"{key} is another one: these are two machines")]
+                break
         for name in sorted(seen):
             if name.split("/")[0] in own:
                 yield name, self._judged(name, own[name.split("/")[0]])
@@ -159,7 +165,9 @@ class Judge:
             for s, j in found:
                 if s.imag >= ceilings[1 - side] * (1.0 - 1e-9):
                     continue
-                listed = int(np.sum(np.abs((a if side else b) - s) <= 1e-6 * abs(s)))
+                listed = int(
+                    np.sum(np.abs((a if side else b) - s) <= 2e-8 * abs(s) + 10.0 * j.unsure)
+                )
                 if listed >= j.multiplicity:
                     extra, owner = ("worse", "new") if side else ("better", "old")
                     yield Line(
@@ -187,16 +195,26 @@ class Judge:
             for r in (self.a, self.b)
         )
         fast = self.oracle.fastest
-        for slow in (True, False):
-            own = (v[(np.abs(v) < fast) == slow] for v in (a, b))
-            for line in self._sets(*own, self._root(speed), self._at(speed), floor=FREE * self.top):
-                yield line if slow else line._replace(kind="other")
+        own, filters = (
+            [v[self._is_mode(v, fast) == is_mode] for v in (a, b)] for is_mode in (1, 0)
+        )
+        yield from self._sets(*own, self._root(speed), self._at(speed), floor=FREE * self.top)
+        if filters[0].size != filters[1].size:
+            text = (
+                f"{filters[0].size} roots that creep or are those of filters, now {filters[1].size}"
+            )
+            yield Line("other", text)
         counts = [int(r.get(f"{name}/zeros", -1)) for r in (self.a, self.b)]
         if counts[0] != counts[1] and -1 not in counts:
             yield Line("other", f"{counts[0]} zeros, now {counts[1]}")
         if self.every:
             roots, unsure = self.oracle.roots(speed)
-            kept = (roots.imag >= 0) & (unsure < 1e-6 * np.abs(roots)) & (np.abs(roots) < 1e7)
+            kept = (
+                (roots.imag >= 0)
+                & self._is_mode(roots, fast)
+                & (unsure < 1e-6 * np.abs(roots))
+                & (np.abs(roots) < 1e7)
+            )
             own = roots[kept & (np.abs(roots) > 100 * FREE * self.top)]
             for s in own:
                 if not (np.abs(b - s) <= 1e-6 * abs(s)).any():
@@ -206,6 +224,12 @@ class Judge:
                         "worse",
                         f"{'both' if both else 'new'} missed {self._at(speed)(s)}, index {index}",
                     )
+
+    @staticmethod
+    def _is_mode(values: Array, fast: float) -> Array:
+        """Whether roots are motions of a machine with controllers; without any all are."""
+        creeps = -values.real > CREEPS * np.abs(values)
+        return (np.abs(values) < fast) & ~(creeps & np.isfinite(fast))
 
     def _campbell(self, name: str) -> Iterator[Line]:
         known = self.a if "campbell/speeds" in self.a else self.b
@@ -244,7 +268,8 @@ class Judge:
             return found if found.is_root else self.series.critical(p.imag, p.real, ratio)
 
         def told(p: complex) -> str:
-            return f"critical speed {p.imag:.10g} rad/s (damping {-p.real / abs(complex(p.real, ratio * p.imag)):.3g})"
+            damping = -p.real / abs(complex(p.real, ratio * p.imag))
+            return f"critical speed {p.imag:.10g} rad/s (damping {damping:.3g})"
 
         for line in self._sets(a, b, judge, told, (self.top, self.top)):
             damping = float(line.text.split("(damping ")[1].split(")")[0])
@@ -300,7 +325,7 @@ class Judge:
             ends |= set(np.linspace(low, self.top, 6 if self.is_turning else 12))
         ends = sorted(ends)
         narrow = 1e-4 if self.is_turning else EQUAL
-        for first, last in zip(ends[:-1], ends[1:], strict=True):
+        for first, last in pairwise(ends):
             middle = 0.5 * (first + last)
             inside = [any(x < middle < y for x, y in found) for found in lists]
             if last - first <= narrow * self.top or (inside[0] == inside[1] and not self.every):
@@ -395,6 +420,10 @@ class Judge:
                 )
             elif not _equal(*pair):
                 yield Line("other", f"{key} differs by {_largest(*pair):.2e} of itself")
+
+
+def _same_numbers(a: Array, b: Array) -> bool:
+    return bool(np.array_equal(a, b) if a.dtype.kind in "US" else _equal(a, b))
 
 
 def _largest(a: Array, b: Array) -> float:
