@@ -28,6 +28,8 @@ ZERO, ROOT = 1e-11, 1e-8
 NEUTRAL = 1e-8
 # Times the top speed beyond which a controlled machine has the roots of its filters.
 FAST = 30.0
+# Steps of a period beyond which growth is not looked at.
+MANY = 3000
 
 
 class Settled(NamedTuple):
@@ -544,7 +546,10 @@ class Turning:
         return settled(lambda v: self.matrix(0.0, v, offset) / np.outer(by, by), speed, abs(speed))
 
     def growth(self, speed: float) -> float:
-        """Largest growth from the state over one period by steps of the fourth order."""
+        """Largest growth from the state over one period by steps of the fourth order.
+
+        Not a number where that takes too many steps.
+        """
         mass = la.inv(self.stored["terms/mass"])
         velocity, stiffness = (
             {h: mass @ a for h, a in self.parts(p, speed).items()}
@@ -554,7 +559,9 @@ class Turning:
         fast = np.sqrt(max(la.norm(a, 2) for a in stiffness.values())) + max(
             la.norm(a, 2) for a in velocity.values()
         )
-        steps = int(np.clip(np.ceil(period / speed * fast / 0.03), 200, 60000))
+        steps = int(max(np.ceil(period / speed * fast / 0.05), 100))
+        if steps > MANY:
+            return np.nan
 
         def rates(angle: float) -> Array:
             k, v = (

@@ -301,14 +301,12 @@ class Judge:
                 turned = np.round(v.imag / width) * width
                 return v.real + 1j * np.abs(v.imag - turned)
 
+            a, b = map(folded, (self.a, self.b))
             # a few harmonics are not enough for all of them at low speeds: told, not judged
-            for line in self._sets(
-                *map(folded, (self.a, self.b)),
-                self._root(speed),
-                self._at(speed),
-                floor=FREE * speed,
-            ):
-                yield line._replace(kind="other")
+            apart = [v for v in b if not (np.abs(a - v) <= 1e-6 * max(abs(v), FREE * speed)).any()]
+            if apart or a.size != b.size:
+                text = f"{a.size} and {b.size} exponents at {speed:.6g} rad/s, {len(apart)} differ"
+                yield Line("other", text)
 
     # --- intervals and responses ------------------------------------------------------------------
 
@@ -332,6 +330,10 @@ class Judge:
                 continue
             grows, slow, turned = self._growth(middle)
             at = f"{first:.10g} to {last:.10g} rad/s"
+            if np.isnan(grows):
+                if inside[0] != inside[1]:
+                    yield Line("other", f"{'new' if inside[1] else 'old'} alone tells growth, {at}")
+                continue
             if slow and not grows:
                 if inside[0] != inside[1]:
                     yield Line("other", f"growth that was taken for neutral, {slow:.2g} 1/s, {at}")
