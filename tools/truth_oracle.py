@@ -128,9 +128,12 @@ class Dynamic:
 
     @property
     def fastest(self) -> float:
-        """Beyond this roots are those of filters, which are no motions of the machine."""
-        controlled = any(law["kind"] == "controller" for _, law in self.laws)
-        return FAST * float(self.of("kinds/top")) if controlled else np.inf
+        """Beyond this roots are those of filters and delays, not motions of the machine."""
+        own = [law for _, law in self.laws if law["kind"] == "controller"]
+        chains = [law[axis]["filters"] for law in own for axis in "xy" if axis in law]
+        delays = [item[1] for chain in chains for item in chain if item[0] == "delay"]
+        fastest = FAST * float(self.of("kinds/top")) if own else np.inf
+        return min([fastest, *(0.5 / time for time in delays)])
 
     @property
     def depends_on_frequency(self) -> bool:
@@ -202,7 +205,7 @@ class Dynamic:
             speed,
         )
 
-    def roots(self, speed: float) -> tuple[Array, Array]:
+    def roots(self, speed: float, fastest: float | None = None) -> tuple[Array, Array]:
         """All roots with Im s ≥ 0 at a speed and how far rounding may move each.
 
         Controllers are states; tables over the frequency are scanned between their knots.
@@ -216,7 +219,7 @@ class Dynamic:
             return starts, np.array([self._rounding(s, speed) for s in starts])
         found: list[complex] = []
         unsure = []
-        for start in starts[np.abs(starts) < self.fastest]:
+        for start in starts[np.abs(starts) < (self.fastest if fastest is None else fastest)]:
             own = self.root(start, speed)
             moved = abs(own.root - start) < 0.05 * abs(start)
             if own.residual == own.residual and moved and own.unsure < 1e-3 * abs(start):
@@ -295,14 +298,15 @@ class Dynamic:
         return int(np.sign(1.0 + (y @ bent @ x / own).imag)) or 1
 
     def growth(self, speed: float) -> tuple[float, float, float]:
-        """The largest growth beyond rounding: of what is not neutral, of all, and of index −1."""
-        values, unsure = self.roots(speed)
+        """The largest growth beyond rounding, what may be one, and that of index −1."""
+        values, unsure = self.roots(speed, np.inf)
         sure = values.real > 3.0 * unsure + 1e-12 * np.abs(values).max(initial=0.0)
-        values = values[sure]
-        index = np.array([self.index(s, speed) for s in values], dtype=int)
-        plain = values[index > 0]
-        grows = plain.real[plain.real > NEUTRAL * np.abs(plain)]
-        return tuple(float(v.max(initial=0.0)) for v in (grows, plain.real, values.real[index < 0]))
+        neutral = values.real <= NEUTRAL * np.abs(values)
+        index = np.array([self.index(s, speed) if s.real > 0 else 1 for s in values], dtype=int)
+        possible = (index > 0) & (values.real > 0.1 * NEUTRAL * np.abs(values))
+        kinds = (sure & ~neutral & (index > 0), possible, sure & (index < 0))
+        grows, possibly, turned = (float(values.real[k].max(initial=0.0)) for k in kinds)
+        return grows, possibly, turned
 
     def response(self, speed: float, at: str, moment: float, phase: float) -> tuple[Array, float]:
         """Motion of all coordinates to an unbalance, and the part of it that may be rounding."""

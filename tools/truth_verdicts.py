@@ -220,10 +220,8 @@ class Judge:
                 if not (np.abs(b - s) <= 1e-6 * abs(s)).any():
                     both = not (np.abs(a - s) <= 1e-6 * abs(s)).any()
                     index = self.oracle.index(s, speed)
-                    yield Line(
-                        "worse",
-                        f"{'both' if both else 'new'} missed {self._at(speed)(s)}, index {index}",
-                    )
+                    text = f"{'both' if both else 'new'} missed {self._at(speed)(s)}, index {index}"
+                    yield Line("worse" if index > 0 else "other", text)
 
     @staticmethod
     def _is_mode(values: Array, fast: float) -> Array:
@@ -336,7 +334,7 @@ class Judge:
                 continue
             if slow and not grows:
                 if inside[0] != inside[1]:
-                    yield Line("other", f"growth that was taken for neutral, {slow:.2g} 1/s, {at}")
+                    yield Line("other", f"growth that is neutral or rounding, {slow:.2g} 1/s, {at}")
                 continue
             wrong = [was != bool(grows) for was in inside]
             growth = f"the largest growth in the middle is {grows:.3g} 1/s"
