@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Literal
 
 import numpy as np
 import scipy.linalg as la
@@ -20,6 +21,8 @@ _STEP, _LEAST_STEP = 1e-6, 1e-4
 # A frequency above all others, for the limit of quick motions; samples of a smooth law for each
 # factor of ten.
 _QUICK, _PER_DECADE = 1e9, 6
+# Whether a place at a knot belongs to the interval before it or beyond.
+_RIGHT: dict[int, Literal["left", "right"]] = {-1: "left", 1: "right"}
 _SIDES = {-1: "below", 0: "both", 1: "above"}
 
 
@@ -73,7 +76,18 @@ class _FrequencyLaw:
         return _slope(lambda place: self.at(place, frequency), speed, side)
 
     def by_frequency(self, speed: float, frequency: float, side: int) -> Triple:
-        return _slope(lambda place: self.at(speed, place), frequency, side)
+        if not self.law.is_table:
+            return _slope(lambda place: self.at(speed, place), frequency, side)
+        # a table is linear between its knots, and constant beyond them
+        knots = np.array(self.frequency_knots)
+        sides = (-1, 1) if side == 0 else (side,)
+        places = [int(np.searchsorted(knots, frequency, _RIGHT[one])) for one in sides]
+        ends = [(knots[k - 1], knots[k]) for k in places if 0 < k < knots.size]
+        found = Triple(*(np.zeros((self.law.size,) * 2) for _ in range(3)))
+        for low, high in ends:
+            rise = zip(self.at(speed, low), self.at(speed, high), found, strict=True)
+            found = Triple(*(c + (b - a) / (high - low) / len(sides) for a, b, c in rise))
+        return found
 
 
 def _slope(values: Callable[[float], Triple], place: float, side: int) -> Triple:

@@ -13,7 +13,6 @@ from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
 from solidwhirl.rotordyn.core.dense import scale_by_stiffness
 from solidwhirl.rotordyn.core.second_order import SecondOrder
 from solidwhirl.rotordyn.core.spectrum import Spectrum, spectrum
-from solidwhirl.rotordyn.modes.damping import CREEPING, damping_ratio
 from solidwhirl.rotordyn.paths.frequency_roots import FrequencyRoot, frequency_roots
 
 # Roots with less turning than this part of them are real.
@@ -47,7 +46,7 @@ def modes_with_laws(assembled: AssembledSystem, speed_rad_s: float) -> ModesWith
     `speed_rad_s`: Ω. Laws over the frequency are read at |Im s| of each mode, added mass and all;
     controllers are states. None is missing and none is made up: see `frequency_roots`. Laws that
     know their force at any rate s, decay and all, are followed to it. Real roots are those of the
-    bearings for slow motions; a pair of a damping ratio above 0.995 stands as two of them.
+    bearings for slow motions.
     """
     operator = operator_of(assembled)
     if operator.frequency_knots:
@@ -63,15 +62,14 @@ def modes_with_laws(assembled: AssembledSystem, speed_rad_s: float) -> ModesWith
     roots = [root for root in roots if _moves_rotor(root.right, n)]
     values = np.array([root.value for root in roots], dtype=complex)
     shapes = np.array([root.right[:n] for root in roots], dtype=complex).reshape(-1, n).T
-    creeps = damping_ratio(values) > CREEPING
     real = still.values[np.abs(still.values.imag) <= _TURNING * np.abs(still.values)].real
     slow = matrices_at_speed(at_rate(assembled, 0j), speed_rad_s)
     even = 0.5 * (slow.stiffness + slow.stiffness.T)
     return ModesWithLaws(
-        values[~creeps],
-        shapes[:, ~creeps],
-        np.array([root.index for root in roots], dtype=int)[~creeps],
-        np.sort(np.concatenate((real[real != 0], np.repeat(values[creeps].real, 2)))),
+        values,
+        shapes,
+        np.array([root.index for root in roots], dtype=int),
+        np.sort(real[real != 0]),
         int(np.count_nonzero(still.values == 0)),
         scale_by_stiffness(even, slow.mass, assembled.body_rate).negative_count,
     )

@@ -38,8 +38,9 @@ class Located(NamedTuple):
 def refined(triple: Triple, near: complex, count: int = 1) -> Refined:
     """Return the roots of frozen matrices that are nearest to a number, equal ones with it.
 
-    Inverse iteration of one vector more than roots are asked for: a double root has right vectors
-    in one plane and left ones in the other, whose product is zero, if one vector alone is iterated.
+    Inverse iteration with P(s) and P'(s) of one vector more than roots are asked for: a double root
+    has right vectors in one plane and left ones in the other, whose product is zero, if one vector
+    alone is iterated.
     """
     n = len(triple.mass)
     dynamic = triple.value(near * (1 + 1e-12))
@@ -50,9 +51,10 @@ def refined(triple: Triple, near: complex, count: int = 1) -> Refined:
     solved("factorisations")
     factors = la.lu_factor(scale * dynamic * scale.T)
     right = left = np.random.default_rng(0).standard_normal((n, min(count + 1, n))) + 0j
+    pencil = scale * triple.slope(near) * scale.T
     for _ in range(_ITERATIONS):
-        right = la.qr(la.lu_solve(factors, right), mode="economic")[0]
-        left = la.qr(la.lu_solve(factors, left, trans=2), mode="economic")[0]
+        right = la.qr(la.lu_solve(factors, pencil @ right), mode="economic")[0]
+        left = la.qr(la.lu_solve(factors, pencil.conj().T @ left, trans=2), mode="economic")[0]
     right, left = scale * right, scale * left
     inner = left.conj().T @ triple.value(near) @ right
     slope = left.conj().T @ triple.slope(near) @ right

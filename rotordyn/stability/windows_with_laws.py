@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 import scipy
@@ -106,8 +106,9 @@ def _windows(
 ) -> list[Window]:
     """Return the ranges between changes in which the root that grows most does grow."""
     low, high = nodes[0], nodes[-1]
+    # the same change may be found on two paths, as of both planes of an isotropic rotor
     apart: list[Change] = []
-    for change in sorted(changes, key=lambda one: one.speed):
+    for change in sorted([*changes, *_unseen(changes, nodes, most)], key=lambda one: one.speed):
         if not apart or change.speed - apart[-1].speed > _SAME * (high - low):
             apart.append(change)
     ends = [low, *(change.speed for change in apart), high]
@@ -142,6 +143,26 @@ def _windows(
             )
         windows.append(window)
     return windows
+
+
+def _unseen(
+    changes: Sequence[Change], nodes: Sequence[float], most: MostGrowing
+) -> Iterator[Change]:
+    """Yield where growth begins or ends between two nodes that no change lies between."""
+    for first, second in pairwise(nodes):
+        if any(first <= change.speed <= second for change in changes):
+            continue
+        low, high = first, second
+        begins = _excess(most(low)) > 0
+        if begins == (_excess(most(high)) > 0):
+            continue
+        while high - low > _SAME * abs(high):
+            middle = 0.5 * (low + high)
+            if (_excess(most(middle)) > 0) == begins:
+                low = middle
+            else:
+                high = middle
+        yield Change(high, most(low if begins else high), is_birth=True)
 
 
 def _largest(
