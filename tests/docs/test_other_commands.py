@@ -34,18 +34,10 @@ BODIES = ("bodies/fan.h5", "a.h5", "b.h5", "inner.h5", "out/bodies/rotor.h5", "B
 # other page has them too. What is neither here nor in NOT_RUN is run with all tests, in the folder
 # that `beams` makes.
 LONG = {
-    "docs/asymmetric_rotors.md": tuple(
-        f"solidwhirl run scenes/{name}.toml --out out/{name}"
-        for name in ("keyway_shaft", "two_pole_generator", "two_bladed_fan", "crank_mesh")
-    ),
     "README.md": (
         "mpirun -n 2 .venv/bin/solidwhirl batch scenes/sweep.toml --out out/sweep "
         "--operating-rpm 8500 9000",
         'make batch SCENES="laval ferraris" NP=2',
-    ),
-    "docs/batch_pictures.md": (
-        "solidwhirl batch scenes/sweep.toml --out out/sweep --operating-rpm 8500 9000",
-        "solidwhirl batch-pictures out/sweep --operating-rpm 8000 9500",
     ),
     "docs/batch.md": (
         ".venv/bin/solidwhirl batch scenes/sweep.toml --out out/sweep",
@@ -56,7 +48,6 @@ LONG = {
     ),
     "docs/cluster.md": (
         "solidwhirl batch scenes/laval.toml scenes/ferraris.toml --out out/batch",
-        "mpirun -n 8 solidwhirl batch scenes/sweep.toml --out out/sweep",
         "mpirun -n 8 solidwhirl batch scenes/own_mesh.toml scenes/casing.toml --out out/two "
         "--ranks-per-scene 4",
         'make batch SCENES="laval ferraris" NP=2 K=1 OUT=out/batch',
@@ -81,10 +72,7 @@ LONG = {
         ".venv/bin/solidwhirl run free_rotor.toml --out out/free_rotor",
         ".venv/bin/solidwhirl run scenes/ferraris.toml --accuracy 1e-5 "
         "--out out/ferraris_converged",
-        ".venv/bin/solidwhirl run scenes/ferraris.toml --out out/ferraris",
         ".venv/bin/solidwhirl run scenes/ferraris.toml --level solid --out out/ferraris_solid",
-        ".venv/bin/solidwhirl run scenes/ferraris_paper.toml --out out/ferraris_paper",
-        ".venv/bin/solidwhirl run scenes/laval.toml --out out/laval",
     ),
 }
 # Runs that a page takes for granted, before its first command.
@@ -96,6 +84,8 @@ CONTAINER = "builds a Debian of its own, as root and from the network"
 MEASURES = "measures time, minutes to hours; what it measured is in the page"
 DRY = "hours of the command `run` or `study`; what it would start is tested below"
 SERVES = "serves a page until it is ended; tests/program/watch"
+SCENE = "a scene as it is written, which tests/program/pipeline/test_scenes.py runs"
+TWICE = "the same batch is run for README.md and docs/batch.md, on one rank, two and four"
 GUIDE = "tools/guide_pictures.py runs the scene of the page for its pictures, minutes"
 # Beginning of a command -> why it is not run.
 NOT_RUN = {
@@ -109,6 +99,16 @@ NOT_RUN = {
     "solidwhirl run wheel.toml": GUIDE,
     "solidwhirl pictures wheel.toml": GUIDE,
     "solidwhirl watch ": SERVES,
+    "solidwhirl run scenes/keyway_shaft.toml ": SCENE,
+    "solidwhirl run scenes/two_pole_generator.toml ": SCENE,
+    "solidwhirl run scenes/two_bladed_fan.toml ": SCENE,
+    "solidwhirl run scenes/crank_mesh.toml ": SCENE,
+    ".venv/bin/solidwhirl run scenes/ferraris.toml --out out/ferraris": SCENE,
+    ".venv/bin/solidwhirl run scenes/ferraris_paper.toml --out out/ferraris_paper": SCENE,
+    ".venv/bin/solidwhirl run scenes/laval.toml --out out/laval": SCENE,
+    "solidwhirl batch scenes/sweep.toml --out out/sweep --operating-rpm ": TWICE,
+    "solidwhirl batch-pictures out/sweep --operating-rpm 8000 ": TWICE,
+    "mpirun -n 8 solidwhirl batch scenes/sweep.toml ": TWICE,
     "make test": SUITE,
     "make check": SUITE,
     "make verify": SUITE,
