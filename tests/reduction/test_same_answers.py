@@ -113,7 +113,7 @@ def test_threads_of_the_linear_algebra_change_nothing_but_rounding(arrays):
 
 # Measured: 0.1 MiB from the 5th to the 1000th reduction on the meridian, where losing one vector
 # of an interface would be 5 MiB (1 in 200), and one matrix 500; 0.1 MiB from the 2nd to the 12th
-# of solids. On Debian 13 the memory stays after 40 reductions: 0.9 MiB from the 5th, 0.1 from there.
+# of solids. On Debian 13 the memory stays after 40 reductions: 0.9 MiB from the 5th, 0.1 then.
 @pytest.mark.parametrize(
     ("level", "coupling", "first", "last", "most_mib"),
     [
