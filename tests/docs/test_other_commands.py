@@ -47,7 +47,6 @@ LONG = {
         ".venv/bin/solidwhirl batch-pictures out/sweep --operating-rpm 8500 9000",
     ),
     "docs/cluster.md": (
-        "solidwhirl batch scenes/laval.toml scenes/ferraris.toml --out out/batch",
         "mpirun -n 8 solidwhirl batch scenes/own_mesh.toml scenes/casing.toml --out out/two "
         "--ranks-per-scene 4",
         'make batch SCENES="laval ferraris" NP=2 K=1 OUT=out/batch',
@@ -62,12 +61,6 @@ LONG = {
         "solidwhirl pictures scenes/ferraris.toml --out out/ferraris --formats gif "
         "--only mode_critical_1_film",
     ),
-    "docs/study.md": (
-        ".venv/bin/solidwhirl study scenes/laval.toml --out out/study/laval --quick",
-        ".venv/bin/solidwhirl study scenes/laval.toml --out out/study/laval",
-    ),
-    # a quarter of a minute of jobs; what is kept of them: tests/program/cost
-    "docs/tutorial.md": ("solidwhirl doctor --calibrate",),
     "docs/verification.md": (
         ".venv/bin/solidwhirl run free_rotor.toml --out out/free_rotor",
         ".venv/bin/solidwhirl run scenes/ferraris.toml --accuracy 1e-5 "
@@ -84,6 +77,7 @@ CONTAINER = "builds a Debian of its own, as root and from the network"
 MEASURES = "measures time, minutes to hours; what it measured is in the page"
 DRY = "hours of the command `run` or `study`; what it would start is tested below"
 SERVES = "serves a page until it is ended; tests/program/watch"
+HELP = "an example of the help, which tests/program/commands runs"
 SCENE = "a scene as it is written, which tests/program/pipeline/test_scenes.py runs"
 TWICE = "the same batch is run for README.md and docs/batch.md, on one rank, two and four"
 GUIDE = "tools/guide_pictures.py runs the scene of the page for its pictures, minutes"
@@ -120,6 +114,9 @@ NOT_RUN = {
     "make bench": MEASURES,
     "make scenes": DRY,
     "make study": DRY,
+    ".venv/bin/solidwhirl study scenes/laval.toml ": HELP,
+    "solidwhirl doctor --calibrate": HELP,
+    "solidwhirl batch scenes/laval.toml scenes/ferraris.toml --out out/batch": HELP,
     ".venv/bin/solidwhirl study scenes/reference_solid.toml": DRY,
     ".venv/bin/solidwhirl study scenes/bladed_disk.toml": DRY,
     "solidwhirl bearing --from-ross ": "needs ROSS; tests/verify/test_maker_tables.py runs it",
