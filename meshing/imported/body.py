@@ -169,8 +169,8 @@ def body_of_mesh(
         _refuse_uneven(name, round_to)
         if len(_beside_axis(mesh)):
             raise MeshingError(
-                f"body {name!r} has point masses off its axis: it does not bend alike in all "
-                'directions; say symmetry = "none", or sectors'
+                f"body {name!r} has point masses off its axis: it is asymmetric; "
+                'say symmetry = "none", or sectors'
             )
     return MeshedBody(
         name=name,
@@ -228,8 +228,8 @@ def _refuse_uneven(name: str, found: Roundness) -> None:
         f"the radius of gyration (allowed {limits['static_unbalance']:g}), uneven mass "
         f"{values['uneven_mass']:.2g} (allowed {limits['uneven_mass']:g}), surface off "
         f"by {values['surface']:.2g} of its radius when turned (allowed {limits['surface']:g}). If "
-        "it consists of 3 or more equal sectors, say how many (sectors); if it is to bend unlike "
-        'in two planes, say symmetry = "none"; else leave blades and details out of the mesh and '
+        "it consists of 3 or more equal sectors, say how many (sectors); if it is meant to be "
+        'asymmetric, say symmetry = "none"; else leave blades and details out of the mesh and '
         "give their mass as rigid_disks, or check axis.origin and axis.direction"
     )
 

@@ -182,7 +182,7 @@ AnyBody = Body | MeshedBody
 
 
 def is_asymmetric(body: AnyBody) -> bool:
-    """Whether a body turns and bends unlike in two planes."""
+    """Whether a body turns and is asymmetric."""
     if isinstance(body, MeshedBody):
         return body.request.shape == "asymmetric"
     return symmetry(body) == "asymmetric"

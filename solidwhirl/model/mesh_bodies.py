@@ -33,6 +33,8 @@ _SMALLEST = 0.2
 # Elements of the mesh that tells whether a geometry is of revolution, over those asked for, and its
 # edges around: fewer make no circle.
 _COARSE, _EDGES = 3.0, 16
+# and no more elements than about these.
+_COARSE_CELLS = 30_000
 # What the mesh of a sector may lose of the volume of its geometry: periodic faces can go wrong.
 _LOST = 0.01
 
@@ -156,10 +158,17 @@ def _built(scene: Scene, name: str, spec: MeshBodySpec) -> MeshedBody:
 
 
 def _coarse(request: MeshRequest) -> MeshRequest:
-    """A geometry with few elements, whose shape tells as well whether it is of revolution."""
+    """A geometry with few elements, whose shape tells as well whether it is of revolution.
+
+    However small the elements of a request are: elements rise at least with the square of 1/size.
+    """
+    from solidwhirl.meshing.imported.formats.step import step_geometry
+
     if request.step is None:
         return request
-    sizes = (_COARSE * request.step.size_m, _COARSE * request.step.smallest_m)
+    cells = step_geometry(request).expected.cells
+    factor = max(_COARSE, (cells / _COARSE_CELLS) ** 0.5)
+    sizes = (factor * request.step.size_m, factor * request.step.smallest_m)
     around = max(request.step.around, _EDGES)
     return replace(request, step=StepSize(size_m=sizes[0], smallest_m=sizes[1], around=around))
 

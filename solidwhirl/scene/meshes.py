@@ -43,8 +43,8 @@ def _enough_sectors(value: object) -> object:
         )
     if value == 2:
         raise ValueError(
-            "2 sectors do not bend alike in all directions, so that seen from outside their "
-            "matrices change with the angle; 3 or more do. Give a body that stands "
+            "2 sectors make an asymmetric body, so that seen from outside its "
+            "matrices change with the angle; 3 or more do not. Give a body that stands "
             "(speed_ratio = 0) as a whole without sectors, or two blades as rigid_disks"
         )
     return value
