@@ -8,9 +8,9 @@ with the stress at unit speed from a static solution of the whole. Nothing here 
 
 from __future__ import annotations
 
-# loads h5py, which fails behind dolfinx
-from reduced import sparse  # noqa: I001
+from reduced import sparse  # loads h5py, which fails behind dolfinx
 
+# isort: split
 from typing import NamedTuple
 
 import numpy as np
