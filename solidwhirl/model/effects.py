@@ -13,7 +13,7 @@ import numpy as np
 
 from solidwhirl.analyses.registry import KINDS
 from solidwhirl.geometry import Body
-from solidwhirl.meshing.imported.records import AnyBody, is_asymmetric
+from solidwhirl.meshing.imported.records import AnyBody, MeshedBody, is_asymmetric
 from solidwhirl.model.mesh_bodies import base_plan, build_mesh_bodies, mesh_plan
 from solidwhirl.model.plan_records import BodyPlan, Effect, Plan
 from solidwhirl.model.resolution import choose_resolution
@@ -64,7 +64,7 @@ def plan_of(scene: Scene, bodies: Mapping[str, Body], level: str | None = None) 
         ),
         *_called_for(scene),
         *_static_loads(scene),
-        *_joints(bodies, level or scene.model.level),
+        *_joints({**bodies, **mesh_bodies}, level or scene.model.level),
         _asymmetry(list(asymmetric)),
         *_estimates(scene, list(asymmetric), meshed=bool(scene.finite_element_bodies())),
         _recovery(scene),
@@ -224,7 +224,7 @@ def _static_loads(scene: Scene) -> tuple[Effect, ...]:
     return (Effect(name="static_loads", on=True, why=why, cost=cost),)
 
 
-def _joints(bodies: Mapping[str, Body], level: str) -> tuple[Effect, ...]:
+def _joints(bodies: Mapping[str, Body | MeshedBody], level: str) -> tuple[Effect, ...]:
     """Sections that are parted, where the scene has any."""
     named = ", ".join(name for name, body in bodies.items() if body.joints)
     if not named:
