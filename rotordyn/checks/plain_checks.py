@@ -6,6 +6,7 @@ allows, whichever is more; both are worked out for each number.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from typing import NamedTuple
@@ -227,6 +228,9 @@ def check_critical_roots(
         # roots so damped that they do not resonate are no critical speeds
         ends = ((float(low), first), (float(high), last))
         met = _meetings(plain, counted, *ends, excitation_ratio)
+        if met is None:
+            reason = "more roots come and go on the line of the excitation than there are: rounding"
+            return (*out, undecided(COUNT_SPEEDS, where, concerns, reason))
         count = DEFAULT_RULE.counts(np.array([m.root for m in met], dtype=complex))
         speeds = np.array([m.speed for m in met])[count]
         lost = [s for s in speeds if not (np.abs(inside - s) <= _SAME * s).any()]
@@ -250,18 +254,26 @@ def _meetings(
     low: tuple[float, int],
     high: tuple[float, int],
     ratio: float,
-) -> list[_Meeting]:
-    """Return what changes the number of roots above a line between two speeds."""
-    (start, first), (end, last) = low, high
-    middle = 0.5 * (start + end)
-    if end - start <= _NARROW * end:
+) -> list[_Meeting] | None:
+    """Return what changes the number of roots above a line between two speeds.
+
+    None where it changes more often than there are roots, which rounding alone makes.
+    """
+    found, wide = [], deque([(low, high)])
+    while wide:
+        low, high = wide.popleft()
+        (start, first), (end, last) = low, high
+        middle = 0.5 * (start + end)
         values = _on_line(plain, operator, middle, ratio)
-        order = np.argsort(np.abs(values.imag - ratio * middle))[: abs(first - last)]
-        return [_Meeting(middle, complex(values[at])) for at in order]
-    values = _on_line(plain, operator, middle, ratio)
-    there = int(np.count_nonzero(values.imag > ratio * middle))
-    halves = ((low, (middle, there)), ((middle, there), high))
-    return [m for a, b in halves if a[1] != b[1] for m in _meetings(plain, operator, a, b, ratio)]
+        if end - start <= _NARROW * end:
+            order = np.argsort(np.abs(values.imag - ratio * middle))[: abs(first - last)]
+            found += [_Meeting(middle, complex(values[at])) for at in order]
+        else:
+            there = (middle, int(np.count_nonzero(values.imag > ratio * middle)))
+            wide += [(a, b) for a, b in ((low, there), (there, high)) if a[1] != b[1]]
+        if len(found) + len(wide) > values.size:
+            return None
+    return sorted(found, key=lambda m: m.speed)
 
 
 def _on_line(
