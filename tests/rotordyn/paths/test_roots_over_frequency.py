@@ -69,7 +69,7 @@ def test_a_pair_born_at_a_fold_opens_the_unstable_range():
     system = _rotor(
         [_table([0, 76.8, 77.0, 77.2, 77.4, 300.0], [1e6, 1e6, cross, cross, 1e6, 1e6]), None]
     )
-    (found,) = unstable_intervals(system, 8000.0 * RAD_S_PER_RPM, 9000.0 * RAD_S_PER_RPM)
+    (found,) = unstable_intervals(system, 8300.0 * RAD_S_PER_RPM, 8310.0 * RAD_S_PER_RPM)
     assert found.low_rad_s == pytest.approx(8305.4207 * RAD_S_PER_RPM, rel=1e-7)
     assert found.opens
     assert not found.closes
@@ -95,11 +95,10 @@ def test_controllers_are_states():
     operator = operator_of(system)
     found = spectrum(operator, speed)
     assert found.values.size == operator.root_count == 2 * system.size + operator.states
-    bare = rd.assemble({"rotor": system.system.rotors["rotor"]}, ())
     for value in found.values[found.values.imag > 1.0]:
         p, i, d = gains
         own = 100.0 * (p + i / value + d * value / (1.0 + value / 5e4)) - 4e5
-        dynamic = bare.stiffness + value * speed * bare.gyroscopic + value**2 * bare.mass
+        dynamic = system.stiffness + value * speed * system.gyroscopic + value**2 * system.mass
         for joint in system.law_joints:
             dynamic = dynamic + own * joint.motion[:2].T @ joint.motion[:2]
         scale = 1.0 / np.sqrt(np.abs(np.diag(dynamic)))
