@@ -98,9 +98,8 @@ def _slope(values: Callable[[float], Triple], place: float, side: int) -> Triple
     else:
         weights = {0: -1.5 * side, side: 2.0 * side, 2 * side: -0.5 * side}
     found = {at: values(place + at * step) for at in weights}
-    return Triple(
-        *(sum(weight / step * found[at][k] for at, weight in weights.items()) for k in range(3))
-    )
+    parts = ([weight / step * found[at][k] for at, weight in weights.items()] for k in range(3))
+    return Triple(*(np.asarray(sum(part)) for part in parts))
 
 
 @lru_cache(maxsize=16)

@@ -262,12 +262,11 @@ def _damped(
     `assembled`: with bearings at the frequency of the excitation; `given`: as they are.
     """
     if given.depends_on_frequency:
-        found = met_with_laws(given, ratio, limit)
+        met = met_with_laws(given, ratio, limit)
     else:
-        found = lightly_damped(assembled, ratio, limit)
-        if found is None:
-            found = followed_to_the_line(assembled, ratio, limit)
-    found = sorted(found, key=lambda item: item.speed)
+        light = lightly_damped(assembled, ratio, limit)
+        met = followed_to_the_line(assembled, ratio, limit) if light is None else light
+    found = sorted(met, key=lambda item: item.speed)
     # Im λ = αΩ here but for rounding, which is no small part of it where Re λ is far larger
     values = np.array([complex(m.value.real, ratio * m.speed) for m in found], dtype=complex)
     shapes = np.array([item.shape for item in found], dtype=complex).reshape(-1, assembled.size)

@@ -258,7 +258,7 @@ def _dependent_modes(assembled: AssembledSystem, speed_rad_s: float) -> Modes:
         real_eigenvalues=found.real_values,
         zero_count=found.zero_count,
         negative_stiffness_count=found.negative_count,
-        index=found.index,
+        index=found.signs,
     )
 
 

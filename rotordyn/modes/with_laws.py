@@ -28,13 +28,13 @@ class ModesWithLaws(NamedTuple):
     """All roots of a system whose bearings depend on the frequency.
 
     `values`: s with Im s > 0, rising, (m,); `shapes`: of the coordinates of the bodies, (n, m);
-    `index`: 1, or −1 for roots that a law makes by rising too steeply, (m,); `real_values`: others,
+    `signs`: 1, or −1 for roots that a law makes by rising too steeply, (m,); `real_values`: others,
     rising; `zero_count`, `negative_count`: as of `Modes`.
     """
 
     values: ComplexArray
     shapes: ComplexArray
-    index: IntArray
+    signs: IntArray
     real_values: FloatArray
     zero_count: int
     negative_count: int
@@ -68,7 +68,7 @@ def modes_with_laws(assembled: AssembledSystem, speed_rad_s: float) -> ModesWith
     return ModesWithLaws(
         values,
         shapes,
-        np.array([root.index for root in roots], dtype=int),
+        np.array([root.sign for root in roots], dtype=int),
         np.sort(real[real != 0]),
         int(np.count_nonzero(still.values == 0)),
         scale_by_stiffness(even, slow.mass, assembled.body_rate).negative_count,

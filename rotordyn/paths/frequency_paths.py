@@ -37,7 +37,7 @@ class RootNode(NamedTuple):
     roots: tuple[FrequencyRoot, ...]
     values: ComplexArray
     slopes: ComplexArray
-    index: IntArray
+    signs: IntArray
 
     @property
     def grows(self) -> bool:
@@ -48,7 +48,7 @@ class RootNode(NamedTuple):
     def growth(self) -> FloatArray:
         """Re s beyond its rounding of the roots of index 1, −inf of others."""
         rounding = _LEFT * np.abs(self.values)
-        return np.where(self.index > 0, self.values.real - rounding, -np.inf)
+        return np.where(self.signs > 0, self.values.real - rounding, -np.inf)
 
 
 class Change(NamedTuple):
@@ -91,7 +91,7 @@ def growth_changes(
             tuple(roots),
             np.array([root.value for root in roots], dtype=complex),
             np.array([slope_of(operator, speed, root, side) for root in roots], dtype=complex),
-            np.array([root.index for root in roots], dtype=int),
+            np.array([root.sign for root in roots], dtype=int),
         )
 
     nodes.append(node(places[0], 1))
@@ -119,7 +119,7 @@ def _paired(first: RootNode, second: RootNode) -> tuple[list[tuple[int, int]], b
         defect = np.abs(step - 0.5 * width * (first.slopes[:, None] + second.slopes)) / size
     defect = np.where(np.isfinite(defect), defect, 1e6)
     shares = _shares(first, second)
-    unlike = first.index[:, None] != second.index
+    unlike = first.signs[:, None] != second.signs
     cost = np.minimum(defect / DEFECT, 3.0) + 1.0 - shares + np.abs(step) / size
     rows, columns = linear_sum_assignment(cost + _UNLIKE * unlike)
     pairs, sure_rows, sure_columns = [], set(), set()
@@ -167,7 +167,7 @@ def _changes(
         low, high = begin.real, end.real
         rise, fall = width * first.slopes[row].real, width * second.slopes[column].real
         cubic = (2 * (low - high) + rise + fall, 3 * (high - low) - 2 * rise - fall, rise, low)
-        if first.index[row] < 0 or not np.isfinite(cubic).all():
+        if first.signs[row] < 0 or not np.isfinite(cubic).all():
             continue
         for root in np.roots(cubic):
             part = float(root.real)

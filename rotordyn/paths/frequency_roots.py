@@ -36,14 +36,14 @@ class FrequencyRoot(NamedTuple):
     """A root s of P(s; Ω, |Im s|), with Im s > 0.
 
     `value`: s, 1/s; `right`, `left`: vectors (n,), yᴴ P'(s) x = 1 with the laws frozen;
-    `index`: 1, or −1 for the other one of a fold; `turned`: c = ds_j/dω of the frozen problem;
-    `residual`: backward error with the laws at |Im s|.
+    `sign`: its index, 1, or −1 for the other one of a fold; `turned`: c = ds_j/dω of the frozen
+    problem; `residual`: backward error with the laws at |Im s|.
     """
 
     value: complex
     right: ComplexArray
     left: ComplexArray
-    index: int
+    sign: int
     turned: complex
     residual: float
 

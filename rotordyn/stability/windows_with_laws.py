@@ -86,7 +86,7 @@ def _of_roots(
     """Return the root of index 1, or the real one, that grows most."""
     roots = known.get(speed) or frequency_roots(operator, speed)
     still = spectrum(operator, speed, 0.0).values
-    values = [root.value for root in roots if root.index > 0]
+    values = [root.value for root in roots if root.sign > 0]
     values += [complex(value) for value in still if value.imag == 0 and value != 0]
     return max(values, key=_excess, default=complex(-np.inf))
 
