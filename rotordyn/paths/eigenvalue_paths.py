@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
+import scipy
 
 from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
@@ -162,7 +162,7 @@ class EigenvaluePaths:
         defect = np.where(np.isfinite(defect), defect, 1e6)
         alike = np.clip(np.nan_to_num(shares), 0.0, 1.0)
         cost = np.minimum(defect / DEFECT, 3.0) + 1.0 - alike + 0.1 * np.abs(step) / size
-        own, order = linear_sum_assignment(cost)
+        own, order = scipy.optimize.linear_sum_assignment(cost)
         chosen, end = defect[own, order], second.values[order]
         rival = np.partition(defect, 1, axis=1)[:, 1] if defect.shape[1] > 1 else np.inf
         alone = rival > ALONE * chosen + DEFECT / ALONE

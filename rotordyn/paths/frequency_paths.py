@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
+import scipy
 
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
 from solidwhirl.rotordyn.core.second_order import SecondOrder
@@ -121,7 +121,7 @@ def _paired(first: RootNode, second: RootNode) -> tuple[list[tuple[int, int]], b
     shares = _shares(first, second)
     unlike = first.signs[:, None] != second.signs
     cost = np.minimum(defect / DEFECT, 3.0) + 1.0 - shares + np.abs(step) / size
-    rows, columns = linear_sum_assignment(cost + _UNLIKE * unlike)
+    rows, columns = scipy.optimize.linear_sum_assignment(cost + _UNLIKE * unlike)
     pairs, sure_rows, sure_columns = [], set(), set()
     for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
         one = defect[row, column]
