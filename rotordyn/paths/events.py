@@ -9,6 +9,7 @@ import numpy as np
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.core.arrays import ComplexArray
+from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.ledger import solved
 from solidwhirl.rotordyn.core.second_order import SecondOrder, Triple
 from solidwhirl.rotordyn.core.spectrum import residuals_of
@@ -16,6 +17,8 @@ from solidwhirl.rotordyn.core.tolerances import AT_REST, EVENT
 
 # Steps of Newton's method for an event, and of inverse iteration for a root.
 _STEPS, _ITERATIONS = 20, 3
+# The shift lies beside the number by the first of these parts at which no pivot is zero.
+_BESIDE = (1e-12, 1e-9, 1e-6)
 
 
 class Refined(NamedTuple):
@@ -43,18 +46,25 @@ def refined(triple: Triple, near: complex, count: int = 1) -> Refined:
     alone is iterated.
     """
     n = len(triple.mass)
-    dynamic = triple.value(near * (1 + 1e-12))
     # by the terms and not by their sum, which vanishes where a coordinate moves alone
     size = abs(near)
     terms = (np.abs(triple.mass) * size + np.abs(triple.velocity)) * size + np.abs(triple.stiffness)
     scale = 1.0 / np.sqrt(terms.max(axis=1) + np.finfo(float).tiny)[:, None]
-    solved("factorisations")
-    factors = la.lu_factor(scale * dynamic * scale.T)
+    for beside in _BESIDE:
+        solved("factorisations")
+        dynamic = scale * triple.value(near * (1.0 + beside)) * scale.T
+        *factors, singular = la.lapack.zgetrf(dynamic)
+        if not singular:
+            break
+    else:
+        raise AnalysisError(f"the system is singular at and around {near:.6g} 1/s")
     right = left = np.random.default_rng(0).standard_normal((n, min(count + 1, n))) + 0j
     pencil = scale * triple.slope(near) * scale.T
     for _ in range(_ITERATIONS):
-        right = la.qr(la.lu_solve(factors, pencil @ right), mode="economic")[0]
-        left = la.qr(la.lu_solve(factors, pencil.conj().T @ left, trans=2), mode="economic")[0]
+        right = la.qr(la.lu_solve(tuple(factors), pencil @ right), mode="economic")[0]
+        left = la.qr(la.lu_solve(tuple(factors), pencil.conj().T @ left, trans=2), mode="economic")[
+            0
+        ]
     right, left = scale * right, scale * left
     inner = left.conj().T @ triple.value(near) @ right
     slope = left.conj().T @ triple.slope(near) @ right
@@ -62,6 +72,8 @@ def refined(triple: Triple, near: complex, count: int = 1) -> Refined:
     at = np.argsort(np.abs(steps), kind="stable")[:count]
     right, left = right @ turn_right[:, at], left @ turn_left[:, at]
     product = np.einsum("ij,ij->j", left.conj(), triple.slope(near) @ right)
+    # a defective root has none
+    product = np.where(product == 0, np.finfo(float).tiny, product)
     return Refined(near - steps[at], right, left / product.conj())
 
 

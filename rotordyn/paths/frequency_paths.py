@@ -28,6 +28,8 @@ _UNLIKE = 10.0
 _AT_KNOT = 1e-2
 # Newton's steps for an end of growth, its relative accuracy, and the growth left there over |s|.
 _STEPS, _AT_REST, _LEFT = 20, 1e-12, 1e-9
+# A frequency that falls to this part of where it began belongs to no oscillation.
+_STILL = 1e-6
 
 
 class RootNode(NamedTuple):
@@ -173,7 +175,8 @@ def _changes(
             part = float(root.real)
             if abs(root.imag) < 1e-9 and -1e-9 <= part < 1.0 - 1e-9:
                 start = begin + part * (end - begin)
-                place = neutral_root(operator, first.speed + part * width, complex(start))
+                between = first.speed, second.speed
+                place = neutral_root(operator, first.speed + part * width, complex(start), between)
                 if place is not None and first.speed <= place.speed <= second.speed:
                     found.append(place)
     for node, taken, ends in (
@@ -186,9 +189,16 @@ def _changes(
     return found
 
 
-def neutral_root(operator: SecondOrder, speed: float, start: complex) -> Change | None:
-    """Return where s = iω with the laws at ω, by Newton's method for Ω and ω."""
+def neutral_root(
+    operator: SecondOrder, speed: float, start: complex, between: tuple[float, float]
+) -> Change | None:
+    """Return where s = iω with the laws at ω, by Newton's method for Ω and ω.
+
+    `between`: speeds that it lies between. None if it does not, by more than their distance.
+    """
+    low, high = (2.0 * one - other for one, other in (between, between[::-1]))
     omega, step = start.imag, np.inf
+    least = _STILL * omega
     for _ in range(_STEPS):
         triple = operator.at(speed, omega)
         values, right, left = refined(triple, complex(0.0, omega) if step < 1e-3 * omega else start)
@@ -198,6 +208,8 @@ def neutral_root(operator: SecondOrder, speed: float, start: complex) -> Change 
         # Re s = 0 and Im s = ω
         jacobian = np.array([[by_speed.real, turned.real], [by_speed.imag, turned.imag - 1.0]])
         miss = np.array([value.real, value.imag - omega])
+        if not (np.isfinite(jacobian).all() and np.isfinite(miss).all()):
+            return None
         if np.abs(miss).max() <= _AT_REST * omega:
             return Change(float(speed), complex(value.real, omega), is_birth=False)
         try:
@@ -206,7 +218,7 @@ def neutral_root(operator: SecondOrder, speed: float, start: complex) -> Change 
             return None
         speed, omega, start = speed + change[0], omega + change[1], value
         step = abs(change[1])
-        if omega <= 0 or not np.isfinite(speed):
+        if not (omega > least and low <= speed <= high):
             return None
     return Change(float(speed), value, is_birth=False) if abs(miss).max() <= _LEFT * omega else None
 
