@@ -12,8 +12,12 @@ from solidwhirl.rotordyn.assembly.system import AssembledSystem, at_rate, matric
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
 from solidwhirl.rotordyn.core.dense import scale_by_stiffness
 from solidwhirl.rotordyn.core.second_order import SecondOrder
-from solidwhirl.rotordyn.core.spectrum import Spectrum, spectrum
-from solidwhirl.rotordyn.paths.frequency_roots import FrequencyRoot, frequency_roots
+from solidwhirl.rotordyn.core.spectrum import spectrum
+from solidwhirl.rotordyn.paths.frequency_roots import (
+    FrequencyRoot,
+    constant_law_roots,
+    frequency_roots,
+)
 
 # Roots with less turning than this part of them are real.
 _TURNING = 1e-9
@@ -57,7 +61,8 @@ def modes_with_laws(assembled: AssembledSystem, speed_rad_s: float) -> ModesWith
             roots = _at_own_rate(assembled, operator, speed_rad_s, roots)
     else:
         still = spectrum(operator, speed_rad_s)
-        roots = _turning(still)
+        roots = constant_law_roots(still)
+        roots.sort(key=lambda root: (root.value.imag, root.value.real))
     n = assembled.size
     roots = [root for root in roots if _moves_rotor(root.right, n)]
     values = np.array([root.value for root in roots], dtype=complex)
@@ -73,23 +78,6 @@ def modes_with_laws(assembled: AssembledSystem, speed_rad_s: float) -> ModesWith
         int(np.count_nonzero(still.values == 0)),
         scale_by_stiffness(even, slow.mass, assembled.body_rate).negative_count,
     )
-
-
-def _turning(found: Spectrum) -> list[FrequencyRoot]:
-    """Return the roots of a spectrum that oscillate, by rising frequency."""
-    turning = np.flatnonzero(found.values.imag > _TURNING * np.abs(found.values))
-    order = turning[np.lexsort((found.values[turning].real, found.values[turning].imag))]
-    return [
-        FrequencyRoot(
-            complex(found.values[at]),
-            found.right[:, at],
-            found.left[:, at],
-            1,
-            0j,
-            float(found.residuals[at]),
-        )
-        for at in order
-    ]
 
 
 def _moves_rotor(vector: ComplexArray, n: int) -> bool:

@@ -6,8 +6,9 @@ problem frozen at the knot, or where two paths of one strip meet.
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
+from functools import cache
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -40,11 +41,6 @@ class RootNode(NamedTuple):
     values: ComplexArray
     slopes: ComplexArray
     signs: IntArray
-
-    @property
-    def grows(self) -> bool:
-        """Whether a root of index 1 grows."""
-        return bool((self.growth > 0).any())
 
     @property
     def growth(self) -> FloatArray:
@@ -82,12 +78,11 @@ def growth_changes(
     places = sorted({*speeds, *(knot for knot in inner if low < knot < high)})
     changes: list[Change] = []
     nodes: list[RootNode] = []
-    known: dict[float, list[FrequencyRoot]] = {}
+    roots_at = cache(lambda speed: frequency_roots(operator, speed))
 
+    @cache
     def node(speed: float, side: int) -> RootNode:
-        if speed not in known:
-            known[speed] = frequency_roots(operator, speed)
-        roots = known[speed]
+        roots = roots_at(speed)
         return RootNode(
             speed,
             tuple(roots),
@@ -97,7 +92,7 @@ def growth_changes(
         )
 
     nodes.append(node(places[0], 1))
-    for start, stop in itertools.pairwise(places):
+    for start, stop in pairwise(places):
         here, waiting, least = start, [stop], (stop - start) / 2**_HALVINGS
         while waiting:
             first, second = node(here, 1), node(waiting[-1], -1)

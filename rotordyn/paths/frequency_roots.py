@@ -63,10 +63,10 @@ def frequency_roots(
     ends = [knot for knot in knots if knot < limit] + ([limit] if knots[-1] > limit else [])
     # below the first knot and beyond the last the laws are constant, and so are the paths
     first, last = solve(ends[0]), solve(ends[-1])
-    roots = _of_constant_laws(first, 0.0, ends[0])
+    roots = constant_law_roots(first, 0.0, ends[0])
     for low, high in pairwise(ends):
         if not any(change.any() for change in operator.by_frequency(speed, low, 1)):
-            roots += _new(_of_constant_laws(solve(low), low, high), roots)
+            roots += _new(constant_law_roots(solve(low), low, high), roots)
             continue
         paths = EigenvaluePaths(
             solve,
@@ -88,13 +88,15 @@ def frequency_roots(
                 found.append((event.path, root))
         roots += _new([root for _, root in found], roots)
     if knots[-1] < limit:
-        roots += _new(_of_constant_laws(last, ends[-1], limit), roots)
+        roots += _new(constant_law_roots(last, ends[-1], limit), roots)
     roots.sort(key=lambda root: (root.value.imag, root.value.real))
     return _with_own_vectors(operator, speed, roots)
 
 
-def _of_constant_laws(found: Spectrum, low: float, high: float) -> list[FrequencyRoot]:
-    """Return the roots with low ≤ Im s < high of a frozen problem."""
+def constant_law_roots(
+    found: Spectrum, low: float = 0.0, high: float = np.inf
+) -> list[FrequencyRoot]:
+    """Return the roots that oscillate, low ≤ Im s < high, of a problem whose laws do not change."""
     inside = (found.values.imag >= low * (1.0 - _RIM)) & (found.values.imag < high)
     inside &= found.values.imag > _STILL * np.abs(found.values)
     return [

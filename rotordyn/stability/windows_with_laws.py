@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import pairwise
 
@@ -12,7 +11,7 @@ import scipy
 from solidwhirl.rotordyn.assembly.operator import operator_of
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.core.second_order import SecondOrder
-from solidwhirl.rotordyn.core.spectrum import Spectrum, lowest_frequency, spectrum
+from solidwhirl.rotordyn.core.spectrum import Spectrum, spectrum
 from solidwhirl.rotordyn.modes.damping import NEUTRAL
 from solidwhirl.rotordyn.paths.eigenvalue_paths import speed_paths
 from solidwhirl.rotordyn.paths.events import neutral, refined
@@ -71,13 +70,8 @@ def windows_with_laws(assembled: AssembledSystem, low: float, high: float) -> li
 
 def _highest(operator: SecondOrder, low: float, high: float) -> float:
     """Return a frequency above all modes in a range of speeds, rad/s."""
-    sizes = [
-        np.abs(
-            spectrum(operator, speed, top=lowest_frequency(operator.at(speed))).values.imag
-        ).max()
-        for speed in (low, high)
-    ]
-    return 2.0 * float(max(sizes))
+    ends = (spectrum(operator, speed).values.imag for speed in (low, high))
+    return 2.0 * max(float(np.abs(values).max()) for values in ends)
 
 
 def _of_roots(
@@ -92,9 +86,9 @@ def _of_roots(
 
 
 def _of_spectrum(found: Spectrum) -> complex:
-    values = found.values[found.values.real > np.where(found.values == 0, np.inf, -np.inf)]
-    certain = found.uncertainty[found.values != 0]
-    excess = values.real - np.maximum(certain, NEUTRAL * np.abs(values))
+    moves = found.values != 0
+    values = found.values[moves]
+    excess = values.real - np.maximum(found.uncertainty[moves], NEUTRAL * np.abs(values))
     return complex(values[np.argmax(excess)]) if values.size else complex(-np.inf)
 
 
@@ -114,7 +108,7 @@ def _windows(
             apart.append(change)
     ends = [low, *(change.speed for change in apart), high]
     windows: list[Window] = []
-    for place, (begin, end) in enumerate(itertools.pairwise(ends)):
+    for place, (begin, end) in enumerate(pairwise(ends)):
         inside = [speed for speed in nodes if begin < speed < end] or [0.5 * (begin + end)]
         tops = {speed: most(speed) for speed in inside}
         at = max(tops, key=lambda speed: _excess(tops[speed]))
