@@ -1,23 +1,20 @@
 """One operator for all linear problems: P(s) = s² M + s V(Ω, ω) + K(Ω, ω), with ω = |Im s|.
 
 Matrices come by powers of the speed Ω and harmonics of the angle; laws act on few rows each and
-are read at a speed and at a frequency ω. Controllers are states, coordinates without mass. Any
-change of coordinates is a projection, and gives another such operator.
+are read at a speed and at a frequency ω. Controllers are states, coordinates without mass.
 """
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple, Protocol
 
 import numpy as np
 import scipy.linalg as la
 
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, Matrix, together
-from solidwhirl.rotordyn.core.tolerances import SYMMETRIC
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, Matrix
 
 
 class Triple(NamedTuple):
@@ -161,34 +158,6 @@ class SecondOrder:
                     out[place] = out[place] + rows.conj().T @ values @ rows
         return Triple(*out)
 
-    def projected(self, left: Matrix, right: Matrix) -> SecondOrder:
-        """Return the operator on q = right · p, tested with left, (n, m) each.
-
-        Laws act on the rows of both: the two may differ where there are none. States stay last
-        where the columns keep them so.
-        """
-        terms = (t._replace(matrix=left.conj().T @ t.matrix @ right) for t in self.terms)
-        joints = tuple(joint._replace(rows=joint.rows @ right) for joint in self.joints)
-        return replace(self, terms=tuple(terms), joints=joints)
-
-    def part(self, at: IntArray) -> SecondOrder:
-        """Return the operator of some coordinates, which nothing joins to the others."""
-        block = np.ix_(at, at)
-        joints = (joint._replace(rows=joint.rows[:, at]) for joint in self.joints)
-        return SecondOrder(
-            tuple(t._replace(matrix=t.matrix[block]) for t in self.terms),
-            tuple(joint for joint in joints if joint.rows.any()),
-            int(np.count_nonzero(at >= self.size - self.states)),
-        )
-
-    def groups(self) -> list[IntArray]:
-        """Return the groups of coordinates that no matrix and no law joins, each rising."""
-        joined = np.logical_or.reduce([t.matrix != 0 for t in self.terms])
-        for rows, _ in self.joints:
-            moved = rows.any(axis=0)
-            joined |= np.outer(moved, moved)
-        return together(joined)
-
     def with_states(
         self, out: Matrix, seen: Matrix, abcd: Sequence[FloatArray], rate: FloatArray | None = None
     ) -> SecondOrder:
@@ -211,43 +180,3 @@ class SecondOrder:
         return SecondOrder(
             (*terms, Term(1, velocity), Term(2, stiffness)), tuple(joints), self.states + new
         )
-
-    def whirl_parts(self, turn: Matrix) -> list[tuple[int, Matrix, SecondOrder]] | None:
-        """Return the operator apart by the order m of rotation about the axis.
-
-        `turn`: L of an infinitesimal turn of the coordinates, skew, (n, n); T v = i m v. Returns of
-        each order m ≥ 0 its vectors (n, k) and its operator, which for m > 0 stands for −m as well,
-        by its conjugate. None if a matrix or a law at one of its knots does not commute with it.
-        """
-        if not np.array_equal(turn, -turn.T) or self.states:
-            return None
-        matrices = [t.matrix for t in self.terms]
-        for rows, law in self.joints:
-            matrices += [rows.T @ m @ rows for m in law_samples(law)]
-        for matrix in matrices:
-            size = np.abs(matrix).max(initial=0.0)
-            if np.abs(turn @ matrix - matrix @ turn).max() > SYMMETRIC * size:
-                return None
-        orders, vectors = la.eigh(-1j * turn)
-        whole = np.round(orders).astype(int)
-        if np.abs(orders - whole).max() > SYMMETRIC:
-            return None
-        out = []
-        for order in sorted(set(whole[whole >= 0].tolist())):
-            own = vectors[:, whole == order]
-            if order == 0:  # a real basis of what a turn leaves alone
-                own = la.svd(np.hstack((own.real, own.imag)))[0][:, : own.shape[1]]
-            out.append((order, own, self.projected(own, own)))
-        return out
-
-
-def law_samples(law: JointLaw) -> list[Matrix]:
-    """Return the matrices of a law at and between all its knots, from which it is made up."""
-    speeds, frequencies = (_around(knots) for knots in (law.speed_knots, law.frequency_knots))
-    return [m for speed in speeds for w in frequencies for m in law.at(speed, w) if m.any()]
-
-
-def _around(knots: Sequence[float]) -> list[float]:
-    places = [0.0, *knots]
-    middles = [0.5 * (a + b) for a, b in itertools.pairwise(places)]
-    return sorted([*places, *middles, 1.37 * places[-1] + 1.0])

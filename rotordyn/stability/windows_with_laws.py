@@ -86,6 +86,7 @@ def _of_roots(
 
 
 def _of_spectrum(found: Spectrum) -> complex:
+    """Return the root that grows most beyond its rounding."""
     moves = found.values != 0
     values = found.values[moves]
     excess = values.real - np.maximum(found.uncertainty[moves], NEUTRAL * np.abs(values))
