@@ -27,7 +27,7 @@ _SIDES = {-1: "below", 0: "both", 1: "above"}
 
 
 @dataclass(frozen=True, eq=False)
-class _SpeedLaw:
+class SpeedLaw:
     """A bearing whose coefficients depend on the speed."""
 
     joint: LawJoint
@@ -129,7 +129,7 @@ def operator_of(assembled: AssembledSystem) -> SecondOrder:
             law = _FrequencyLaw(own, abs(joint.speed_ratio), sampled)
             joints.append(Joint(joint.motion, law))
         else:
-            joints.append(Joint(joint.motion, _SpeedLaw(joint)))
+            joints.append(Joint(joint.motion, SpeedLaw(joint)))
     operator = SecondOrder(kept, tuple(joints))
     for joint in magnetic:
         operator = _with_controller(operator, joint)

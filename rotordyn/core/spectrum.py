@@ -7,6 +7,7 @@ leave the rounding of their own terms, and tell the residual of each root and it
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
@@ -253,8 +254,10 @@ def _general(triple: Triple, states: int, top: float) -> Roots:
 
 def _duals(values: ComplexArray, vectors: ComplexArray) -> ComplexArray:
     """Return the left vectors as rows, of unit product; of defective ones those nearest to that."""
-    if np.linalg.cond(vectors) < 1.0 / INFINITE:
-        return np.asarray(np.linalg.inv(vectors))
+    with suppress(np.linalg.LinAlgError):
+        found = np.linalg.inv(vectors)
+        if la.norm(found, 1) * la.norm(vectors, 1) < 1.0 / INFINITE:
+            return np.asarray(found)
     return np.asarray(np.linalg.pinv(vectors))
 
 
