@@ -14,6 +14,7 @@ import numpy as np
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, FloatArray, Matrix
+from solidwhirl.rotordyn.core.dense import Roots, eigensolver_rounding, sharpened
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.ledger import solved
 from solidwhirl.rotordyn.core.second_order import SecondOrder, Triple
@@ -23,13 +24,14 @@ from solidwhirl.rotordyn.core.tolerances import (
     PIVOT,
     ROUNDINGS,
     SKEW,
-    STEP,
     SYMMETRIC,
     ZERO,
 )
 
 # Factors of s0: P(s0) is singular only at a real unstable root, which the next one avoids.
 _SHIFTS = (1.0, 1.37, 0.61, 2.3)
+# The shift as a part of the lowest frequency: a larger one takes digits from slow decay.
+_SLOW = 0.3
 # Parts of the norm of K: singular values of a scaled K below it are zeros of free motions.
 _KERNEL = 64 * EPS
 # A product of V with free motions below this part of its terms is rounding.
@@ -92,34 +94,29 @@ def spectrum(
     found = None if operator.states else _conservative(triple)
     is_conservative = found is not None
     if found is None:
-        found = _general(triple, operator.states, top or lowest_frequency(triple))
-    values, right, left = found
-    # Rayleigh's quotient of both vectors: quadratic, in the terms of the matrices as given
-    free = values == 0
+        found = _general(triple, operator.states, top or _slowest(triple))
+    values, right, left, uncertainty = found
     for _ in range(2):
-        slope = np.einsum("ij,ij->j", left.conj(), _slopes(triple, right, values))
-        slope = np.where(np.abs(slope) > 0, slope, 1.0)
-        step = np.einsum("ij,ij->j", left.conj(), triple.times(right, values)) / slope
-        sound = ~free & (np.abs(step) < STEP * np.abs(values))
-        values = values - np.where(sound, step, 0.0)
+        roots, alive = sharpened(tuple(triple), Roots(values, right, left.conj().T, uncertainty))
+        values, left = roots.values, roots.left.conj().T
+        uncertainty = roots.tolerance
+    # what strains by the rounding of K alone is free
+    stiff = np.sqrt(np.abs(np.diag(triple.stiffness)))
+    strained = len(stiff) * EPS * (stiff @ np.abs(left)) * (stiff @ np.abs(right))
+    values = np.where(strained >= np.abs(values), 0.0, values)
     if is_conservative:
         values = 1j * values.imag
     elif np.isrealobj(triple.stiffness) and np.isrealobj(triple.mass):
         values = np.where(np.abs(values.imag) <= EPS * np.abs(values), values.real, values)
-    left = left / slope.conj()
     return Spectrum(
         values,
         right,
         left,
         residuals_of(triple, values, right),
-        _uncertainty(triple, values, right, left),
+        np.where(alive, np.maximum(uncertainty, strained), np.inf),
         triple,
         is_conservative,
     )
-
-
-def _slopes(triple: Triple, right: ComplexArray, values: ComplexArray) -> ComplexArray:
-    return np.asarray((triple.mass @ right) * (2.0 * values) + triple.velocity @ right)
 
 
 def residuals_of(triple: Triple, values: ComplexArray, right: ComplexArray) -> FloatArray:
@@ -145,11 +142,9 @@ def _terms(triple: Triple, values: ComplexArray, right: ComplexArray) -> FloatAr
     return np.asarray((mass * size + velocity) * size + stiffness)
 
 
-def _uncertainty(
-    triple: Triple, values: ComplexArray, right: ComplexArray, left: ComplexArray
-) -> FloatArray:
-    terms = np.einsum("ij,ij->j", np.abs(left), _terms(triple, values, right))
-    return np.asarray(ROUNDINGS * EPS * terms)
+def _slowest(triple: Triple) -> float:
+    """Return a rate of the order of the slowest motion that strains the bodies, rad/s."""
+    return max(_SLOW * lowest_frequency(triple), 0.0)
 
 
 def lowest_frequency(triple: Triple) -> float:
@@ -167,10 +162,10 @@ def lowest_frequency(triple: Triple) -> float:
     return float(np.sqrt(strained.min())) if strained.size else 1.0
 
 
-Roots = tuple[ComplexArray, ComplexArray, ComplexArray]
+Found = tuple[ComplexArray, ComplexArray, ComplexArray, FloatArray]
 
 
-def _conservative(triple: Triple) -> Roots | None:
+def _conservative(triple: Triple) -> Found | None:
     """Return values iω and vectors of a problem without damping, None of another one.
 
     With M = RᴴR and K = R ᴴU w² UᴴR the rates p = q' and the strains w Uᴴ R q obey one Hermitian
@@ -208,7 +203,8 @@ def _conservative(triple: Triple) -> Roots | None:
     place[loose] = states[:n][loose] / np.where(still, 1.0, values)
     right = la.solve_triangular(factor, modes @ place)
     right = right / np.abs(right).max(axis=0)
-    return 1j * values, right, right
+    rounding = ROUNDINGS * EPS * len(whole) * np.abs(values).max(initial=0.0)
+    return 1j * values, right, right, np.full(values.size, rounding)
 
 
 def _within(factor: Matrix, matrix: Matrix) -> Matrix:
@@ -217,7 +213,7 @@ def _within(factor: Matrix, matrix: Matrix) -> Matrix:
     return np.asarray(la.solve_triangular(factor, half, trans="C").conj().T)
 
 
-def _general(triple: Triple, states: int, top: float) -> Roots:
+def _general(triple: Triple, states: int, top: float) -> Found:
     """Return all finite roots and their vectors: s = s0 + 1/μ, rows and columns of P(s0) to one."""
     mass, velocity, stiffness = triple
     n, q = len(mass), len(mass) - states
@@ -248,8 +244,11 @@ def _general(triple: Triple, states: int, top: float) -> Roots:
     left = -rows[:, None] * la.lu_solve(factors, both.conj().T, trans=2)
     values = shift * (1.0 + 1.0 / inverse[kept])
     count = _zero_count(triple, top)
+    values = values.astype(complex)
     values[np.argsort(np.abs(values), kind="stable")[:count]] = 0.0
-    return values, right.astype(complex), left
+    rounding = eigensolver_rounding(float(la.norm(companion)), duals[kept], vectors[:, kept])
+    uncertainty = rounding * np.abs(values - shift) ** 2 / shift
+    return values, right.astype(complex), left, uncertainty
 
 
 def _duals(values: ComplexArray, vectors: ComplexArray) -> ComplexArray:
@@ -277,7 +276,7 @@ def _zero_count(triple: Triple, top: float) -> int:
     first, second = scale[:, None] * left[:, at], scale[:, None] * right[at].conj().T
     push = first.conj().T @ velocity @ second
     terms = np.abs(first).T @ np.abs(velocity) @ np.abs(second)
-    inertia = float((scale**2 * np.diag(mass)).max())
+    inertia = float((scale**2 * np.abs(np.diag(mass))).max())
     floor = max(_NO_PUSH * float(terms.max()), _NO_DRIFT * top * inertia)
     rank = int(np.count_nonzero(la.svdvals(push) > floor)) if floor > 0 else 0
     return 2 * int(np.count_nonzero(at)) - rank

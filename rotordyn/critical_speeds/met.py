@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
-from solidwhirl.rotordyn.core.arrays import ComplexArray
 from solidwhirl.rotordyn.core.second_order import SecondOrder
 from solidwhirl.rotordyn.modes.damping import CREEPING, damping_ratio
 from solidwhirl.rotordyn.modes.operator_blocks import OperatorBlock, operator_blocks

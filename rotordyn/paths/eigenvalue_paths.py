@@ -31,6 +31,7 @@ from solidwhirl.rotordyn.core.tolerances import (
     VEERING,
 )
 
+
 class Node(NamedTuple):
     """Eigenvalues and their slopes at one value of the parameter, in the order of the paths.
 
@@ -335,7 +336,7 @@ def speed_paths(
     inner = {sign * knot for knot in knots for sign in (-1.0, 1.0) if low < sign * knot < high}
     places = sorted(inner | {*speeds}, reverse=speeds[-1] < speeds[0])
     return EigenvaluePaths(
-        lambda speed: spectrum(operator, speed, ratio * abs(speed), top),
+        lambda speed: spectrum(operator, speed, ratio * abs(speed)),
         lambda speed, side: operator.along(speed, ratio, side),
         places,
         wanted=wanted,

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import scipy
 
-from solidwhirl.rotordyn.assembly.operator import operator_of
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.core.second_order import SecondOrder
 from solidwhirl.rotordyn.core.spectrum import Spectrum, spectrum
 from solidwhirl.rotordyn.modes.damping import NEUTRAL
+from solidwhirl.rotordyn.modes.operator_blocks import operator_blocks
 from solidwhirl.rotordyn.paths.eigenvalue_paths import grows_below, speed_paths
 from solidwhirl.rotordyn.paths.events import neutral, refined
 from solidwhirl.rotordyn.paths.frequency_paths import Change, growth_changes
@@ -23,6 +24,8 @@ from solidwhirl.rotordyn.stability.unstable_windows import Window
 _SPEEDS = 9
 # Changes of growth closer than this (relative to the range) are one.
 _SAME = 1e-9
+# Steps from a root to the one that it becomes at another speed.
+_FOLLOWED = 8
 
 #: The root that grows most at a speed, −inf if there is none.
 MostGrowing = Callable[[float], complex]
@@ -38,7 +41,11 @@ def windows_with_laws(assembled: AssembledSystem, low: float, high: float) -> li
     end, and all roots between two such speeds say whether something grows there. Roots of index −1
     are left out: see `frequency_roots`.
     """
-    operator = operator_of(assembled)
+    found = [_of_block(block.operator, low, high) for block in operator_blocks(assembled)]
+    return [window for windows in found for window in windows]
+
+
+def _of_block(operator: SecondOrder, low: float, high: float) -> list[Window]:
     speeds = np.linspace(low, high, _SPEEDS).tolist()
     if operator.frequency_knots:
         changes, nodes = growth_changes(operator, speeds)
@@ -52,19 +59,27 @@ def windows_with_laws(assembled: AssembledSystem, low: float, high: float) -> li
             changes, [*roots], lambda speed: _of_roots(operator, speed, roots), near_root
         )
     top = _highest(operator, low, high)
+    if top == 0.0:
+        return []
     wanted = grows_below(top, is_real=operator.is_real)
     paths = speed_paths(operator, speeds, top, wanted, growth=True)
-    events = paths.crossings(lambda _, values: values.real, lambda _, slopes: slopes.real)
+    events = paths.crossings(lambda _, values: _excess(values), lambda _, slopes: slopes.real)
     found = [neutral(operator, event.at, event.value) for event in events]
     changes = [Change(one.speed, one.value, is_birth=False) for one in found if one is not None]
-    inside = [change for change in changes if low <= change.speed <= high]
+    rim = _SAME * (high - low)
+    inside = [change for change in changes if low + rim < change.speed < high - rim]
     spectra = {node.at: node.spectrum for node in paths.nodes}
 
     def most(speed: float) -> complex:
-        return _of_spectrum(spectra.get(speed) or spectrum(operator, speed, top=top))
+        return _of_spectrum(spectra.get(speed) or spectrum(operator, speed))
 
     def near(speed: float, start: complex) -> complex:
-        return complex(refined(operator.at(speed), start).values[0])
+        triple = operator.at(speed)
+        for _ in range(_FOLLOWED):
+            before, start = start, complex(refined(triple, start).values[0])
+            if abs(start - before) <= _SAME * abs(start):
+                break
+        return start
 
     return _windows(inside, [*spectra], most, near)
 
@@ -87,15 +102,15 @@ def _of_roots(
 
 
 def _of_spectrum(found: Spectrum) -> complex:
-    """Return the root that grows most beyond its rounding."""
-    moves = found.values != 0
-    values = found.values[moves]
-    excess = values.real - np.maximum(found.uncertainty[moves], NEUTRAL * np.abs(values))
-    return complex(values[np.argmax(excess)]) if values.size else complex(-np.inf)
+    """Return the root that grows most; growth that may be rounding is none."""
+    values = found.values[found.values != 0]
+    seen = values.real > found.uncertainty[found.values != 0]
+    values = np.where(seen, values, np.minimum(values.real, 0.0) + 1j * values.imag)
+    return complex(values[np.argmax(_excess(values))]) if values.size else complex(-np.inf)
 
 
-def _excess(value: complex) -> float:
-    return value.real - NEUTRAL * abs(value)
+def _excess(value: Any) -> Any:
+    return value.real - NEUTRAL * np.abs(value)
 
 
 def _windows(
@@ -111,7 +126,9 @@ def _windows(
     ends = [low, *(change.speed for change in apart), high]
     windows: list[Window] = []
     for place, (begin, end) in enumerate(pairwise(ends)):
-        inside = [speed for speed in nodes if begin < speed < end] or [0.5 * (begin + end)]
+        # ends of the range too, but no places where growth begins or ends
+        around = [speed for speed in nodes if begin <= speed <= end]
+        inside = [speed for speed in around if speed not in ends[1:-1]] or [0.5 * (begin + end)]
         tops = {speed: most(speed) for speed in inside}
         at = max(tops, key=lambda speed: _excess(tops[speed]))
         if _excess(tops[at]) <= 0:
