@@ -107,6 +107,11 @@ class ConstrainedFactor:
         self.solver.destroy()
         self.matrix.destroy()
 
+    def __del__(self) -> None:
+        """Free them with the last reference; several ranks let go together, see `factorise`."""
+        if not PETSc.Sys.isFinalized() and self.matrix.handle and self.matrix.comm.size == 1:
+            self.destroy()
+
     def solve(self, force: Matrix | None, values: Matrix | None) -> Matrix:
         """Solve A u + B λ = force, Bᴴ u = values.
 
@@ -161,7 +166,7 @@ def factorise(matrix: Any, rows: Matrix) -> ConstrainedFactor:
     """
     border = real_rows(rows)
     whole = bordered(matrix, border)
-    # factors that nobody refers to any more end here: PETSc keeps them until all ranks let go
+    # of several ranks: what none of them refers to any more ends here
     PETSc.garbage_cleanup(whole.comm)
     available = available_memory_bytes(whole.comm.tompi4py())
     BODIES.add("factorisations")
