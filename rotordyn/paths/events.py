@@ -30,12 +30,16 @@ class Refined(NamedTuple):
 
 
 class Located(NamedTuple):
-    """Where a function of a root is zero: speed, root, right vector, residual in the operator."""
+    """Where a function of a root is zero: speed, root, right vector, residual in the operator.
+
+    `rate`: the derivative of the function along the path.
+    """
 
     speed: float
     value: complex
     right: ComplexArray
     residual: float
+    rate: float
 
 
 def refined(triple: Triple, near: complex, count: int = 1) -> Refined:
@@ -72,8 +76,8 @@ def refined(triple: Triple, near: complex, count: int = 1) -> Refined:
     at = np.argsort(np.abs(steps), kind="stable")[:count]
     right, left = right @ turn_right[:, at], left @ turn_left[:, at]
     product = np.einsum("ij,ij->j", left.conj(), triple.slope(near) @ right)
-    # a defective root has none
-    product = np.where(product == 0, np.finfo(float).tiny, product)
+    # a defective root has none, and no left vector
+    product = np.where(product == 0, np.inf, product)
     return Refined(near - steps[at], right, left / product.conj())
 
 
@@ -100,12 +104,13 @@ def located(
         triple = operator.at(speed, ratio * abs(speed) if ratio else frequency)
         values, rights, lefts = refined(triple, value)
         value, right, left = complex(values[0]), rights[:, 0], lefts[:, 0]
-        miss = function(speed, value)
-        if abs(step) <= AT_REST * abs(speed) or miss == 0.0:
-            break
+        if not np.isfinite(value):
+            return None
         change = operator.along(speed, ratio) if ratio else operator.by_speed(speed, frequency)
         slope = -complex(left.conj() @ change.value(value) @ right)
-        rate = derivative(slope)
+        miss, rate = function(speed, value), derivative(slope)
+        if abs(step) <= AT_REST * abs(speed) or miss == 0.0:
+            break
         if rate == 0.0 or not np.isfinite(rate):
             return None
         step = -miss / rate
@@ -113,7 +118,7 @@ def located(
     if abs(miss) > EVENT * abs(value):
         return None
     residual = residuals_of(triple, np.array([value]), right[:, None])[0]
-    return Located(float(speed), value, right, float(residual))
+    return Located(float(speed), value, right, float(residual), float(rate))
 
 
 def met(

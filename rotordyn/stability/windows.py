@@ -1,4 +1,4 @@
-"""Unstable ranges of systems whose bearings depend on the frequency, controllers among them."""
+"""Ranges of speeds in which a motion grows: where roots cross the imaginary axis."""
 
 from __future__ import annotations
 
@@ -24,6 +24,12 @@ from solidwhirl.rotordyn.stability.unstable_windows import Window
 _SPEEDS = 9
 # Changes of growth closer than this (relative to the range) are one.
 _SAME = 1e-9
+# Accuracy (relative) to which a change is bracketed that no path shows.
+_ENDS = 1e-12
+# Newton's last step is less than this part of the distance to the end of the range.
+_STEPS_END = 1e-6
+# Halvings towards where growth ends that is hidden by rounding.
+_HALVINGS = 60
 # Steps from a root to the one that it becomes at another speed.
 _FOLLOWED = 8
 
@@ -31,9 +37,11 @@ _FOLLOWED = 8
 MostGrowing = Callable[[float], complex]
 #: The root at a speed that is next to another one.
 NearRoot = Callable[[float, complex], complex]
+#: Where a root beside a speed crosses the imaginary axis, None if it does not.
+Crossing = Callable[[float, complex], Change | None]
 
 
-def windows_with_laws(assembled: AssembledSystem, low: float, high: float) -> list[Window]:
+def unstable_windows(assembled: AssembledSystem, low: float, high: float) -> list[Window]:
     """Find the ranges of speeds in which a motion of the system grows.
 
     `low`, `high`: range of Ω, rad/s. All roots that may come to the imaginary axis are followed
@@ -56,22 +64,23 @@ def _of_block(operator: SecondOrder, low: float, high: float) -> list[Window]:
             return start if found is None else found.value
 
         return _windows(
-            changes, [*roots], lambda speed: _of_roots(operator, speed, roots), near_root
+            changes,
+            [*roots],
+            lambda speed: _of_roots(operator, speed, roots),
+            near_root,
+            lambda *_: None,
         )
     top = _highest(operator, low, high)
     if top == 0.0:
         return []
     wanted = grows_below(top, is_real=operator.is_real)
     paths = speed_paths(operator, speeds, top, wanted, growth=True)
-    events = paths.crossings(lambda _, values: _excess(values), lambda _, slopes: slopes.real)
-    found = [neutral(operator, event.at, event.value) for event in events]
-    changes = [Change(one.speed, one.value, is_birth=False) for one in found if one is not None]
-    rim = _SAME * (high - low)
-    inside = [change for change in changes if low + rim < change.speed < high - rim]
     spectra = {node.at: node.spectrum for node in paths.nodes}
 
     def most(speed: float) -> complex:
-        return _of_spectrum(spectra.get(speed) or spectrum(operator, speed))
+        if speed not in spectra:
+            spectra[speed] = spectrum(operator, speed)
+        return _of_spectrum(spectra[speed])
 
     def near(speed: float, start: complex) -> complex:
         triple = operator.at(speed)
@@ -81,7 +90,24 @@ def _of_block(operator: SecondOrder, low: float, high: float) -> list[Window]:
                 break
         return start
 
-    return _windows(inside, [*spectra], most, near)
+    def crossing(speed: float, value: complex) -> Change | None:
+        found = neutral(operator, speed, value)
+        if found is None or not low <= found.speed <= high:
+            return None
+        # where nothing is damped the real part is zero everywhere; beside a meeting of roots, which
+        # grow like the root of the distance, Newton's steps do not get smaller
+        inside = min(found.speed - low, high - found.speed)
+        if abs(found.rate) * (high - low) <= NEUTRAL * abs(found.value):
+            return None
+        if abs(found.value.real) > _STEPS_END * abs(found.rate) * inside:
+            return None
+        return Change(found.speed, found.value, is_birth=False)
+
+    events = paths.crossings(lambda _, values: _excess(values), lambda _, slopes: slopes.real)
+    changes = [crossing(event.at, event.value) for event in events]
+    return _windows(
+        [change for change in changes if change is not None], [*spectra], most, near, crossing
+    )
 
 
 def _highest(operator: SecondOrder, low: float, high: float) -> float:
@@ -114,13 +140,18 @@ def _excess(value: Any) -> Any:
 
 
 def _windows(
-    changes: Sequence[Change], nodes: Sequence[float], most: MostGrowing, near: NearRoot
+    changes: Sequence[Change],
+    nodes: Sequence[float],
+    most: MostGrowing,
+    near: NearRoot,
+    crossing: Crossing,
 ) -> list[Window]:
     """Return the ranges between changes in which the root that grows most does grow."""
     low, high = nodes[0], nodes[-1]
     # the same change may be found on two paths, as of both planes of an isotropic rotor
     apart: list[Change] = []
-    for change in sorted([*changes, *_unseen(changes, nodes, most)], key=lambda one: one.speed):
+    unseen = _unseen(changes, nodes, most, near, crossing)
+    for change in sorted([*changes, *unseen], key=lambda one: one.speed):
         if not apart or change.speed - apart[-1].speed > _SAME * (high - low):
             apart.append(change)
     ends = [low, *(change.speed for change in apart), high]
@@ -160,7 +191,11 @@ def _windows(
 
 
 def _unseen(
-    changes: Sequence[Change], nodes: Sequence[float], most: MostGrowing
+    changes: Sequence[Change],
+    nodes: Sequence[float],
+    most: MostGrowing,
+    near: NearRoot,
+    crossing: Crossing,
 ) -> Iterator[Change]:
     """Yield where growth begins or ends between two nodes that no change lies between."""
     for first, second in pairwise(nodes):
@@ -170,13 +205,28 @@ def _unseen(
         begins = _excess(most(low)) > 0
         if begins == (_excess(most(high)) > 0):
             continue
-        while high - low > _SAME * abs(high):
+        while high - low > _ENDS * abs(high):
             middle = 0.5 * (low + high)
+            if middle in (low, high):
+                break
             if (_excess(most(middle)) > 0) == begins:
                 low = middle
             else:
                 high = middle
-        yield Change(high, most(low if begins else high), is_birth=True)
+        place, calm = (low, second) if begins else (high, first)
+        value = most(place)
+        found = crossing(place, value)
+        if found is not None and first <= found.speed <= second:
+            yield found
+            continue
+        # growth like a root of the distance is hidden by rounding before it ends
+        for _ in range(_HALVINGS):
+            closer = 0.5 * (place + calm)
+            there = near(closer, value)
+            if _excess(there) <= 0:
+                break
+            place, value = closer, there
+        yield Change(place, value, is_birth=True)
 
 
 def _largest(
