@@ -14,7 +14,13 @@ from typing import NamedTuple, Protocol
 import numpy as np
 import scipy.linalg as la
 
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, Matrix
+from solidwhirl.rotordyn.core.arrays import (
+    ComplexArray,
+    FloatArray,
+    IntArray,
+    Matrix,
+    real_times,
+)
 
 
 class Triple(NamedTuple):
@@ -32,15 +38,35 @@ class Triple(NamedTuple):
         """Return dP/ds with the laws frozen, shape (n, n)."""
         return np.asarray(2.0 * rate * self.mass + self.velocity)
 
-    def times(self, vectors: Matrix, rates: ComplexArray) -> ComplexArray:
-        """Return P(s_j) x_j of columns x (n, m) at rates (m,), shape (n, m)."""
-        mass, velocity, stiffness = (matrix @ vectors for matrix in self)
-        return np.asarray((mass * rates + velocity) * rates + stiffness)
+    def forces(self, vectors: Matrix) -> Forces:
+        """Return M x, V x and K x of columns x (n, m)."""
+        return Forces(*(times(matrix, vectors) for matrix in self))
 
     def part(self, at: IntArray) -> Triple:
         """Return the matrices of some coordinates."""
         block = np.ix_(at, at)
         return Triple(*(matrix[block] for matrix in self))
+
+
+class Forces(NamedTuple):
+    """M x, V x and K x of columns, (n, m) each."""
+
+    mass: Matrix
+    velocity: Matrix
+    stiffness: Matrix
+
+    def at(self, rates: ComplexArray) -> ComplexArray:
+        """Return P(s_j) x_j at rates (m,), shape (n, m)."""
+        return np.asarray((self.mass * rates + self.velocity) * rates + self.stiffness)
+
+
+def times(matrix: Matrix, vectors: Matrix) -> Matrix:
+    """Return the product of a matrix (n, n) with columns (n, m)."""
+    if not matrix.any():
+        return np.zeros_like(vectors)
+    if np.isrealobj(matrix) and np.iscomplexobj(vectors):
+        return real_times(matrix, vectors)
+    return np.asarray(matrix @ vectors)
 
 
 class Term(NamedTuple):

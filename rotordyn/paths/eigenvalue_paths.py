@@ -31,6 +31,7 @@ from solidwhirl.rotordyn.core.tolerances import (
     VEERING,
 )
 
+
 class Node(NamedTuple):
     """Eigenvalues and their slopes at one value of the parameter, in the order of the paths.
 
@@ -43,6 +44,9 @@ class Node(NamedTuple):
     spectrum: Spectrum
     order: IntArray
 
+
+# Of roots beyond this part of the rate that matters no vectors are compared.
+_NEAR = 10.0
 
 #: Which paths between two nodes are to be followed closely, (m,): those that may come to a window.
 Wanted = Callable[[Node, Node], BoolArray]
@@ -97,6 +101,7 @@ class EigenvaluePaths:
         self._wanted = wanted or (lambda first, _: np.ones(first.values.size, dtype=bool))
         self._scale, self._growth = scale, growth
         self._known: dict[float, Spectrum] = {}
+        self._slopes: dict[tuple[float, int], ComplexArray] = {}
         self.branch_points: list[Event] = []
         self.stretches: list[tuple[Node, Node]] = []
         order = np.arange(self._spectrum(places[0]).values.size)
@@ -118,7 +123,9 @@ class EigenvaluePaths:
     def _node(self, place: float, order: IntArray | None, side: int) -> Node:
         found = self._spectrum(place)
         order = np.arange(found.values.size) if order is None else order
-        slopes = found.slopes(self._change(place, side))
+        if (place, side) not in self._slopes:
+            self._slopes[place, side] = found.slopes(self._change(place, side))
+        slopes = self._slopes[place, side]
         return Node(place, found.values[order], slopes[order], found, order)
 
     def _advance(self, start: float, order: IntArray, stop: float) -> IntArray:
@@ -156,7 +163,13 @@ class EigenvaluePaths:
             )
         width = second.at - first.at
         size = np.maximum(np.abs(first.values), 1e-3 * self._scale)[:, None]
-        shares = first.spectrum.shares(second.spectrum)[first.order]
+        shares = np.zeros((first.values.size, second.values.size))
+        near = [np.flatnonzero(np.abs(n.values) < _NEAR * self._scale) for n in (first, second)]
+        one, other = (
+            node.spectrum.part(node.order[at])
+            for node, at in zip((first, second), near, strict=True)
+        )
+        shares[np.ix_(*near)] = one.shares(other)
         step = second.values - first.values[:, None]
         begin = np.where(first.values[:, None] == 0, step / width, first.slopes[:, None])
         finish = np.where(second.values == 0, step / width, second.slopes)
@@ -201,7 +214,7 @@ class EigenvaluePaths:
         right, left = (
             vectors[:, first.order[near]] for vectors in (first.spectrum.right, first.spectrum.left)
         )
-        turn = left.conj().T @ change.times(right, first.values[near])
+        turn = left.conj().T @ change.forces(right).at(first.values[near])
         growth = np.minimum(np.abs(first.values.real), np.abs(second.values.real))[near]
         for i, j in crossing:
             part = begin[i, j] / (begin[i, j] - finish[i, j])
