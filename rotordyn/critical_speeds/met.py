@@ -60,6 +60,8 @@ def _located(
 ) -> list[Located]:
     found: list[tuple[int, Located]] = []
     for event in events:
+        if event.at <= _STILL * limit:
+            continue
         place = met(operator, event.at, event.value, line)
         if place is None or not _STILL * limit < place.speed <= limit * (1.0 + _STILL):
             continue
