@@ -115,6 +115,18 @@ class EigenvaluePaths:
             second for _, second in self.stretches[-1:]
         ]
 
+    def halved(self, stretches: Sequence[tuple[Node, Node]]) -> EigenvaluePaths:
+        """Return the paths with a node in the middle of some stretches."""
+        places = {node.at for node in self.nodes} | {0.5 * (a.at + b.at) for a, b in stretches}
+        return EigenvaluePaths(
+            self._spectrum,
+            self._change,
+            sorted(places, reverse=self.stretches[0][0].at > self.stretches[0][1].at),
+            wanted=self._wanted,
+            scale=self._scale,
+            growth=self._growth,
+        )
+
     def _spectrum(self, place: float) -> Spectrum:
         if place not in self._known:
             self._known[place] = self._solve(place)
