@@ -31,6 +31,10 @@ ROUNDINGS = 4.0
 DEFECT = 2e-3
 #: Least share of one vector in the other, of two ends that are one path.
 SHARE = 0.5
+#: Where one vector is in the other by this share nothing is exchanged, and the error of the cubic,
+#: about a tenth of that of the trapezoid rule, is what that limit means:
+ALIKE = 0.9
+DEFECT_ALIKE = 1e-2
 #: How many times closer than any rival an end is that needs no share.
 ALONE = 10.0
 #: Part of DEFECT below which neither share nor rivals matter.

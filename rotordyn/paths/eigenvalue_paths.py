@@ -19,9 +19,11 @@ from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.second_order import SecondOrder, Triple
 from solidwhirl.rotordyn.core.spectrum import Spectrum, spectrum
 from solidwhirl.rotordyn.core.tolerances import (
+    ALIKE,
     ALONE,
     CERTAIN,
     DEFECT,
+    DEFECT_ALIKE,
     EVENT,
     GROWTH,
     HALVINGS,
@@ -202,7 +204,7 @@ class EigenvaluePaths:
         rival = np.partition(defect, 1, axis=1)[:, 1] if defect.shape[1] > 1 else np.inf
         alone = rival > ALONE * chosen + DEFECT / ALONE
         sure = (shares[own, order] > SHARE) | alone | (chosen < CERTAIN * DEFECT)
-        sure &= chosen < DEFECT
+        sure &= (chosen < DEFECT) | ((chosen < DEFECT_ALIKE) & (shares[own, order] > ALIKE))
         if self._growth:
             off = end.values - begun.values - 0.5 * width * (begun.slopes + end.slopes)
             growth = np.maximum(np.abs(begun.values.real), np.abs(end.values.real))
