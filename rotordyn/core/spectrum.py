@@ -121,6 +121,7 @@ def spectrum(
     sizes = _terms(triple, values, right)
     residuals = _backward_errors(triple, values, moved.at(values), sizes)
     uncertainty = ROUNDINGS * EPS * np.einsum("ij,ij->j", np.abs(left), sizes)
+    uncertainty = np.where(free | sound, uncertainty, np.maximum(uncertainty, np.abs(step)))
     return Spectrum(
         np.concatenate((values, values[twins].conj())),
         np.hstack((right, right[:, twins].conj())),

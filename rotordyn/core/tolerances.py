@@ -47,6 +47,8 @@ HALVINGS = 14
 VEERING = 0.05
 #: Newton's steps for an event end below this part of the parameter.
 AT_REST = 1e-12
+#: A root smaller than this many uncertainties is not told from zero.
+UNRESOLVED = 4.0
 #: A refined event is one if its function is zero to this part of |s|; its cubic may have made it.
 EVENT = 1e-9
 #: A motion above this damping ratio is followed by count only.

@@ -12,6 +12,7 @@ from solidwhirl.rotordyn.modes.operator_blocks import OperatorBlock, operator_bl
 from solidwhirl.rotordyn.paths.eigenvalue_paths import (
     EigenvaluePaths,
     Node,
+    Wanted,
     meets_lines,
     speed_paths,
 )
@@ -49,10 +50,15 @@ def _met_by_block(block: OperatorBlock, ratio: float, limit: float) -> list[Loca
     operator = block.operator
     lines = (ratio,) if operator.is_real else (ratio, -ratio)
     speeds = np.linspace(0.0, limit, _INTERVALS + 1).tolist()
-    paths = speed_paths(operator, speeds, ratio * limit, meets_lines(lines), whirl_ratio=ratio)
+    wanted = meets_lines(lines)
+    paths = speed_paths(operator, speeds, ratio * limit, wanted, whirl_ratio=ratio)
     for _ in range(_HALVINGS):
         places = {line: _places(operator, paths, line) for line in lines}
-        doubtful = [s for s in paths.stretches if any(_disagrees(s, *p) for p in places.items())]
+        doubtful = [
+            stretch
+            for stretch in paths.stretches
+            if any(_disagrees(stretch, wanted, *found) for found in places.items())
+        ]
         if not doubtful:
             break
         paths = paths.halved(doubtful)
@@ -108,13 +114,15 @@ def _is_one(one: Located, other: Located) -> bool:
     return near and abs(one.value - other.value) <= _SAME * abs(one.value)
 
 
-def _disagrees(stretch: tuple[Node, Node], line: float, places: list[Located]) -> bool:
+def _disagrees(
+    stretch: tuple[Node, Node], wanted: Wanted, line: float, places: list[Located]
+) -> bool:
     """Whether the roots above the line change by others than those that meet it in between."""
     first, second = stretch
     rim = _RIM * (second.at - first.at)
-    wanted = meets_lines((line,))(first, second)
+    followed = wanted(first, second)
     low, high = (
-        (node.values + side * rim * node.slopes).imag[wanted] > line * (node.at + side * rim)
+        (node.values + side * rim * node.slopes).imag[followed] > line * (node.at + side * rim)
         for node, side in ((first, 1.0), (second, -1.0))
     )
     inside = [p.rate for p in places if first.at + rim < p.speed <= second.at - rim]

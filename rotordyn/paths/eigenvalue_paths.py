@@ -24,12 +24,14 @@ from solidwhirl.rotordyn.core.tolerances import (
     CERTAIN,
     DEFECT,
     DEFECT_ALIKE,
+    EPS,
     EVENT,
     GROWTH,
     HALVINGS,
     NEAR_AXIS,
     OVERDAMPED,
     SHARE,
+    UNRESOLVED,
     VEERING,
 )
 
@@ -47,6 +49,8 @@ class Node(NamedTuple):
     order: IntArray
 
 
+# −Re s over |Im s| of a motion that is just overdamped.
+_STEEPEST = OVERDAMPED / np.sqrt(1.0 - OVERDAMPED**2)
 # Of roots beyond this part of the rate that matters no vectors are compared.
 _NEAR = 10.0
 
@@ -131,7 +135,10 @@ class EigenvaluePaths:
 
     def _spectrum(self, place: float) -> Spectrum:
         if place not in self._known:
-            self._known[place] = self._solve(place)
+            found = self._solve(place)
+            # motions that are free but for what is no more than the error of the eigensolver
+            free = np.abs(found.values) < UNRESOLVED * found.uncertainty
+            self._known[place] = found._replace(values=np.where(free, 0.0, found.values))
         return self._known[place]
 
     def _node(self, place: float, order: IntArray | None, side: int) -> Node:
@@ -260,12 +267,15 @@ class EigenvaluePaths:
             seen = (low * high <= 0) | (near <= reach)
             seen &= self._wanted(first, second) & np.isfinite(rise + fall)
             for j in np.flatnonzero(seen):
-                cubic = (
-                    2 * (low[j] - high[j]) + rise[j] + fall[j],
-                    3 * (high[j] - low[j]) - 2 * rise[j] - fall[j],
-                    rise[j],
-                    low[j],
+                cubic = np.array(
+                    [
+                        2 * (low[j] - high[j]) + rise[j] + fall[j],
+                        3 * (high[j] - low[j]) - 2 * rise[j] - fall[j],
+                        rise[j],
+                        low[j],
+                    ]
                 )
+                cubic[np.abs(cubic) <= EPS * np.abs(cubic).max()] = 0.0
                 for root in np.roots(cubic):
                     part = float(root.real)
                     if abs(root.imag) < 1e-9 and -1e-9 <= part < 1 - 1e-9:
@@ -293,21 +303,29 @@ def meets_band(low: float, high: float) -> Wanted:
 
 
 def meets_lines(whirl_ratios: Sequence[float]) -> Wanted:
-    """Return the paths that may meet a line Im s = αΩ and do not creep all the way.
+    """Return the paths that may meet a line Im s = αΩ and are not overdamped there.
 
     The cubic of a path lies within its four control points; as far as the trapezoid rule misses its
     end it may lie beyond.
     """
 
     def wanted(first: Node, second: Node) -> BoolArray:
-        meets, width = np.zeros(first.values.size, dtype=bool), second.at - first.at
+        width = second.at - first.at
+        rise, fall = width * first.slopes, width * second.slopes
+        beyond = second.values - first.values - 0.5 * (rise + fall)
+        points = np.array(
+            [first.values, first.values + rise / 3.0, second.values - fall / 3.0, second.values]
+        )
+        places = first.at + width * np.array([0.0, 1.0, 2.0, 3.0])[:, None] / 3.0
+        least = points.real.max(axis=0) + np.abs(beyond.real)
+        meets = np.zeros(first.values.size, dtype=bool)
         for ratio in whirl_ratios:
-            low, high = (node.values.imag - ratio * node.at for node in (first, second))
-            rise, fall = (width * (node.slopes.imag - ratio) for node in (first, second))
-            points = np.array([low, low + rise / 3.0, high - fall / 3.0, high])
-            beyond = np.abs(high - low - 0.5 * (rise + fall))
-            meets |= (points.min(axis=0) <= beyond) & (points.max(axis=0) >= -beyond)
-        return meets & (_oscillates(first.values) | _oscillates(second.values))
+            above = points.imag - ratio * places
+            near = (above.min(axis=0) <= np.abs(beyond.imag)) & (
+                above.max(axis=0) >= -np.abs(beyond.imag)
+            )
+            meets |= near & (least > -_STEEPEST * np.abs(ratio * places).max())
+        return meets & ((first.values != 0) | (second.values != 0))
 
     return wanted
 

@@ -100,6 +100,8 @@ def located(
     """
     ratio = abs(whirl_ratio)
     for _ in range(_STEPS):
+        if abs(value) <= np.finfo(float).tiny:  # a free motion
+            return None
         triple = operator.at(speed, ratio * abs(speed) if ratio else frequency)
         values, rights, lefts = refined(triple, value)
         value, right, left = complex(values[0]), rights[:, 0], lefts[:, 0]
