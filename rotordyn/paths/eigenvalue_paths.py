@@ -265,6 +265,7 @@ class EigenvaluePaths:
             near = np.minimum(np.abs(low), np.abs(high))
             reach = np.abs(rise) + np.abs(fall) + EVENT * self._scale
             seen = (low * high <= 0) | (near <= reach)
+            end = 1.0 + 1e-9 if second is self.stretches[-1][1] else 1.0 - 1e-9
             seen &= self._wanted(first, second) & np.isfinite(rise + fall)
             for j in np.flatnonzero(seen):
                 cubic = np.array(
@@ -278,7 +279,7 @@ class EigenvaluePaths:
                 cubic[np.abs(cubic) <= EPS * np.abs(cubic).max()] = 0.0
                 for root in np.roots(cubic):
                     part = float(root.real)
-                    if abs(root.imag) < 1e-9 and -1e-9 <= part < 1 - 1e-9:
+                    if abs(root.imag) < 1e-9 and -1e-9 <= part < end:
                         value = _on_cubic(first, second, int(j), part)
                         found.append(Event(first.at + part * width, value, int(j)))
         return found
