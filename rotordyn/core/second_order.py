@@ -24,40 +24,31 @@ from solidwhirl.rotordyn.core.arrays import (
 
 
 class Triple(NamedTuple):
-    """M, V and K of an operator at one speed and frequency, or their changes, each (n, n)."""
+    """M, V and K of an operator at one speed and frequency, or their changes, each (n, n).
+
+    Or what they make of columns x, M x, V x and K x, (n, m) each, with a rate for each column.
+    """
 
     mass: Matrix
     velocity: Matrix
     stiffness: Matrix
 
-    def value(self, rate: complex) -> ComplexArray:
-        """Return P(s), shape (n, n)."""
-        return np.asarray(rate * rate * self.mass + rate * self.velocity + self.stiffness)
+    def value(self, rate: complex | ComplexArray) -> ComplexArray:
+        """Return P(s), or P(s_j) x_j."""
+        return np.asarray((rate * self.mass + self.velocity) * rate + self.stiffness)
 
-    def slope(self, rate: complex) -> ComplexArray:
-        """Return dP/ds with the laws frozen, shape (n, n)."""
+    def slope(self, rate: complex | ComplexArray) -> ComplexArray:
+        """Return dP/ds, or P'(s_j) x_j, with the laws frozen."""
         return np.asarray(2.0 * rate * self.mass + self.velocity)
 
-    def forces(self, vectors: Matrix) -> Forces:
+    def times(self, vectors: Matrix) -> Triple:
         """Return M x, V x and K x of columns x (n, m)."""
-        return Forces(*(times(matrix, vectors) for matrix in self))
+        return Triple(*(times(matrix, vectors) for matrix in self))
 
     def part(self, at: IntArray) -> Triple:
         """Return the matrices of some coordinates."""
         block = np.ix_(at, at)
         return Triple(*(matrix[block] for matrix in self))
-
-
-class Forces(NamedTuple):
-    """M x, V x and K x of columns, (n, m) each."""
-
-    mass: Matrix
-    velocity: Matrix
-    stiffness: Matrix
-
-    def at(self, rates: ComplexArray) -> ComplexArray:
-        """Return P(s_j) x_j at rates (m,), shape (n, m)."""
-        return np.asarray((self.mass * rates + self.velocity) * rates + self.stiffness)
 
 
 def times(matrix: Matrix, vectors: Matrix) -> Matrix:

@@ -68,7 +68,7 @@ class Spectrum(NamedTuple):
 
     def slopes(self, change: Triple) -> ComplexArray:
         """Return ds/dp = −yᴴ (∂P/∂p) x for the change of the matrices with p, (m,)."""
-        moved = change.forces(self.right).at(self.values)
+        moved = change.times(self.right).value(self.values)
         return np.asarray(-np.einsum("ij,ij->j", self.left.conj(), moved))
 
     def shares(self, other: Spectrum) -> FloatArray:
@@ -106,11 +106,11 @@ def spectrum(
         found = _general(triple, operator.states, top or lowest_frequency(triple))
     values, right, left, twins = found
     # Rayleigh's quotient of both vectors: quadratic, in the terms of the matrices as given
-    free, moved = values == 0, triple.forces(right)
+    free, moved = values == 0, triple.times(right)
     for _ in range(2):
-        slope = np.einsum("ij,ij->j", left.conj(), 2.0 * values * moved.mass + moved.velocity)
+        slope = np.einsum("ij,ij->j", left.conj(), moved.slope(values))
         slope = np.where(np.abs(slope) > 0, slope, 1.0)
-        step = np.einsum("ij,ij->j", left.conj(), moved.at(values)) / slope
+        step = np.einsum("ij,ij->j", left.conj(), moved.value(values)) / slope
         sound = ~free & (np.abs(step) < STEP * np.abs(values))
         values = values - np.where(sound, step, 0.0)
     if is_conservative:
@@ -119,7 +119,7 @@ def spectrum(
         values = np.where(np.abs(values.imag) <= EPS * np.abs(values), values.real, values)
     left = left / slope.conj()
     sizes = _terms(triple, values, right)
-    residuals = _backward_errors(triple, values, moved.at(values), sizes)
+    residuals = _backward_errors(triple, values, moved.value(values), sizes)
     uncertainty = ROUNDINGS * EPS * np.einsum("ij,ij->j", np.abs(left), sizes)
     uncertainty = np.where(free | sound, uncertainty, np.maximum(uncertainty, np.abs(step)))
     return Spectrum(
@@ -138,7 +138,7 @@ def residuals_of(triple: Triple, values: ComplexArray, right: ComplexArray) -> F
 
     The backward error: each is a root of matrices that differ by this part.
     """
-    miss = triple.forces(right).at(values)
+    miss = triple.times(right).value(values)
     return _backward_errors(triple, values, miss, _terms(triple, values, right))
 
 

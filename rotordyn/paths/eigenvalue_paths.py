@@ -235,7 +235,7 @@ class EigenvaluePaths:
         right, left = (
             vectors[:, first.order[near]] for vectors in (first.spectrum.right, first.spectrum.left)
         )
-        turn = left.conj().T @ change.forces(right).at(first.values[near])
+        turn = left.conj().T @ change.times(right).value(first.values[near])
         growth = np.minimum(np.abs(first.values.real), np.abs(second.values.real))[near]
         for i, j in crossing:
             part = begin[i, j] / (begin[i, j] - finish[i, j])
