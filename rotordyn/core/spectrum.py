@@ -304,7 +304,7 @@ def _zero_count(triple: Triple, top: float) -> int:
     first, second = scale[:, None] * left[:, at], scale[:, None] * right[at].conj().T
     push = first.conj().T @ velocity @ second
     terms = np.abs(first).T @ np.abs(velocity) @ np.abs(second)
-    inertia = float((scale**2 * np.diag(mass)).max())
+    inertia = float((scale**2 * np.diag(mass).real).max())
     floor = max(_NO_PUSH * float(terms.max()), _NO_DRIFT * top * inertia)
     rank = int(np.count_nonzero(la.svdvals(push) > floor)) if floor > 0 else 0
     return 2 * int(np.count_nonzero(at)) - rank
