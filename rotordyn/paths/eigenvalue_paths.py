@@ -326,7 +326,7 @@ def meets_lines(whirl_ratios: Sequence[float]) -> Wanted:
                 above.max(axis=0) >= -np.abs(beyond.imag)
             )
             meets |= near & (least > -_STEEPEST * np.abs(ratio * places).max())
-        return meets & ((first.values != 0) | (second.values != 0))
+        return np.asarray(meets & ((first.values != 0) | (second.values != 0)))
 
     return wanted
 
