@@ -35,17 +35,21 @@ class SpeedLaw:
 
     @property
     def speed_knots(self) -> tuple[float, ...]:
+        """Knots of its table or pieces."""
         return self.joint.knots_rad_s
 
     def at(self, speed: float, frequency: float) -> Triple:
+        """Return no M, and V and K at the speed."""
         stiffness, damping = self.joint.coefficients(speed)
         return Triple(np.zeros_like(stiffness), damping, stiffness)
 
     def by_speed(self, speed: float, frequency: float, side: int) -> Triple:
+        """Return their derivatives."""
         stiffness, damping = law_slopes(self.joint, speed, _SIDES[side])  # type: ignore[arg-type]
         return Triple(np.zeros_like(stiffness), damping, stiffness)
 
     def by_frequency(self, speed: float, frequency: float, side: int) -> Triple:
+        """Return zeros."""
         none = np.zeros((len(self.joint.motion),) * 2)
         return Triple(none, none, none)
 

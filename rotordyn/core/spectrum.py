@@ -13,24 +13,25 @@ from typing import NamedTuple
 import numpy as np
 import scipy.linalg as la
 
-from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, FloatArray, Matrix
-from solidwhirl.rotordyn.core.dense import Roots, eigensolver_rounding, sharpened
+from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray, Matrix
+from solidwhirl.rotordyn.core.dense import eigensolver_rounding, real_dual
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.ledger import solved
-from solidwhirl.rotordyn.core.second_order import SecondOrder, Triple
+from solidwhirl.rotordyn.core.second_order import SecondOrder, Triple, times
 from solidwhirl.rotordyn.core.tolerances import (
     EPS,
     INFINITE,
     PIVOT,
     ROUNDINGS,
     SKEW,
+    STEP,
     SYMMETRIC,
     ZERO,
 )
 
 # Factors of s0: P(s0) is singular only at a real unstable root, which the next one avoids.
 _SHIFTS = (1.0, 1.37, 0.61, 2.3)
-# The shift as a part of the lowest frequency: a larger one takes digits from slow decay.
+# s0 as a part of the lowest frequency: a larger one takes digits from slow decay.
 _SLOW = 0.3
 # Parts of the norm of K: singular values of a scaled K below it are zeros of free motions.
 _KERNEL = 64 * EPS
@@ -57,9 +58,19 @@ class Spectrum(NamedTuple):
     triple: Triple
     is_conservative: bool
 
+    def part(self, at: IntArray) -> Spectrum:
+        """Return some of the eigenvalues."""
+        return self._replace(
+            values=self.values[at],
+            right=self.right[:, at],
+            left=self.left[:, at],
+            residuals=self.residuals[at],
+            uncertainty=self.uncertainty[at],
+        )
+
     def slopes(self, change: Triple) -> ComplexArray:
         """Return ds/dp = −yᴴ (∂P/∂p) x for the change of the matrices with p, (m,)."""
-        moved = change.times(self.right, self.values)
+        moved = change.times(self.right).value(self.values)
         return np.asarray(-np.einsum("ij,ij->j", self.left.conj(), moved))
 
     def shares(self, other: Spectrum) -> FloatArray:
@@ -72,8 +83,8 @@ class Spectrum(NamedTuple):
 
 def _products(one: Spectrum, other: Spectrum) -> ComplexArray:
     left, (mass, velocity, _) = one.left.conj().T, one.triple
-    inertia = mass @ other.right
-    both = left @ (inertia * other.values + velocity @ other.right)
+    inertia = times(mass, other.right)
+    both = left @ (inertia * other.values + times(velocity, other.right))
     return np.asarray(one.values[:, None] * (left @ inertia) + both)
 
 
@@ -94,26 +105,43 @@ def spectrum(
     found = None if operator.states else _conservative(triple)
     is_conservative = found is not None
     if found is None:
-        found = _general(triple, operator.states, top or _slowest(triple))
-    values, right, left, uncertainty = found
+        found = _general(triple, operator.states, top or _SLOW * lowest_frequency(triple))
+    values, right, left, twins, rounding = found
+    # Rayleigh's quotient of both vectors: quadratic, in the terms of the matrices as given
+    free, moved = values == 0, triple.times(right)
     for _ in range(2):
-        roots, alive = sharpened(tuple(triple), Roots(values, right, left.conj().T, uncertainty))
-        values, left = roots.values, roots.left.conj().T
-        uncertainty = roots.tolerance
-    # what strains by the rounding of K alone is free
-    stiff = np.sqrt(np.abs(np.diag(triple.stiffness)))
-    strained = len(stiff) * EPS * (stiff @ np.abs(left)) * (stiff @ np.abs(right))
-    values = np.where(strained >= np.abs(values), 0.0, values)
+        slope = np.einsum("ij,ij->j", left.conj(), moved.slope(values))
+        alive = np.abs(slope) > 0
+        slope = np.where(alive, slope, 1.0)
+        step = np.einsum("ij,ij->j", left.conj(), moved.value(values)) / slope
+        sound = ~free & (np.abs(step) < np.maximum(STEP * np.abs(values), rounding))
+        values = values - np.where(sound, step, 0.0)
     if is_conservative:
         values = 1j * values.imag
     elif np.isrealobj(triple.stiffness) and np.isrealobj(triple.mass):
         values = np.where(np.abs(values.imag) <= EPS * np.abs(values), values.real, values)
+    left = left / slope.conj()
+    sizes = _terms(triple, values, right)
+    residuals = _backward_errors(triple, values, moved.value(values), sizes)
+    # the rounding of the terms, and of the eigenproblem, of which the vectors err by the first power
+    every = np.concatenate((values, values[twins].conj()))
+    apart = np.abs(values[:, None] - every)
+    np.fill_diagonal(apart, np.inf)
+    second = rounding**2 / np.maximum(apart.min(axis=1, initial=np.inf), rounding)
+    left_over = ROUNDINGS * EPS * np.einsum("ij,ij->j", np.abs(left), sizes) + second
+    uncertainty = np.where(free | sound, left_over, np.maximum(rounding, np.abs(step)))
+    uncertainty = np.where(alive, np.minimum(uncertainty, np.maximum(rounding, left_over)), np.inf)
+    # what strains by the rounding of K alone is free
+    stiff = np.sqrt(np.abs(np.diag(triple.stiffness)))
+    strained = len(stiff) * EPS * (stiff @ np.abs(left)) * (stiff @ np.abs(right))
+    values = np.where(strained >= np.abs(values), 0.0, values)
+    uncertainty = np.maximum(uncertainty, strained)
     return Spectrum(
-        values,
-        right,
-        left,
-        residuals_of(triple, values, right),
-        np.where(alive, np.maximum(uncertainty, strained), np.inf),
+        np.concatenate((values, values[twins].conj())),
+        np.hstack((right, right[:, twins].conj())),
+        np.hstack((left, left[:, twins].conj())),
+        np.concatenate((residuals, residuals[twins])),
+        np.concatenate((uncertainty, uncertainty[twins])),
         triple,
         is_conservative,
     )
@@ -124,15 +152,21 @@ def residuals_of(triple: Triple, values: ComplexArray, right: ComplexArray) -> F
 
     The backward error: each is a root of matrices that differ by this part.
     """
-    sizes = _terms(triple, values, right)
+    miss = triple.times(right).value(values)
+    return _backward_errors(triple, values, miss, _terms(triple, values, right))
+
+
+def _backward_errors(
+    triple: Triple, values: ComplexArray, miss: ComplexArray, sizes: FloatArray
+) -> FloatArray:
     rate = float(np.median(np.abs(values))) or 1.0 if values.size else 1.0
     diagonal = sum(
         np.abs(np.diag(matrix)) * rate**power
         for matrix, power in zip(triple, (2, 1, 0), strict=True)
     )
     scale = (1.0 / np.sqrt(diagonal + np.finfo(float).tiny))[:, None]
-    miss = np.abs(triple.times(right, values)) * scale
-    return np.asarray(miss.max(axis=0) / ((sizes * scale).max(axis=0) + np.finfo(float).tiny))
+    largest = (sizes * scale).max(axis=0) + np.finfo(float).tiny
+    return np.asarray((np.abs(miss) * scale).max(axis=0) / largest)
 
 
 def _terms(triple: Triple, values: ComplexArray, right: ComplexArray) -> FloatArray:
@@ -140,11 +174,6 @@ def _terms(triple: Triple, values: ComplexArray, right: ComplexArray) -> FloatAr
     size, vectors = np.abs(values), np.abs(right)
     mass, velocity, stiffness = (np.abs(matrix) @ vectors for matrix in triple)
     return np.asarray((mass * size + velocity) * size + stiffness)
-
-
-def _slowest(triple: Triple) -> float:
-    """Return a rate of the order of the slowest motion that strains the bodies, rad/s."""
-    return max(_SLOW * lowest_frequency(triple), 0.0)
 
 
 def lowest_frequency(triple: Triple) -> float:
@@ -162,10 +191,20 @@ def lowest_frequency(triple: Triple) -> float:
     return float(np.sqrt(strained.min())) if strained.size else 1.0
 
 
-Found = tuple[ComplexArray, ComplexArray, ComplexArray, FloatArray]
+class Roots(NamedTuple):
+    """Roots (m,) and vectors (n, m); `twins`: those whose conjugates are roots as well.
+
+    `rounding`: of the eigenproblem that they come from, 1/s, (m,).
+    """
+
+    values: ComplexArray
+    right: ComplexArray
+    left: ComplexArray
+    twins: IntArray
+    rounding: FloatArray
 
 
-def _conservative(triple: Triple) -> Found | None:
+def _conservative(triple: Triple) -> Roots | None:
     """Return values iω and vectors of a problem without damping, None of another one.
 
     With M = RᴴR and K = R ᴴU w² UᴴR the rates p = q' and the strains w Uᴴ R q obey one Hermitian
@@ -203,8 +242,8 @@ def _conservative(triple: Triple) -> Found | None:
     place[loose] = states[:n][loose] / np.where(still, 1.0, values)
     right = la.solve_triangular(factor, modes @ place)
     right = right / np.abs(right).max(axis=0)
-    rounding = ROUNDINGS * EPS * len(whole) * np.abs(values).max(initial=0.0)
-    return 1j * values, right, right, np.full(values.size, rounding)
+    rounding = np.full(values.size, EPS * len(whole) * np.abs(values).max(initial=0.0))
+    return Roots(1j * values, right, right, np.empty(0, dtype=int), rounding)
 
 
 def _within(factor: Matrix, matrix: Matrix) -> Matrix:
@@ -213,7 +252,7 @@ def _within(factor: Matrix, matrix: Matrix) -> Matrix:
     return np.asarray(la.solve_triangular(factor, half, trans="C").conj().T)
 
 
-def _general(triple: Triple, states: int, top: float) -> Found:
+def _general(triple: Triple, states: int, top: float) -> Roots:
     """Return all finite roots and their vectors: s = s0 + 1/μ, rows and columns of P(s0) to one."""
     mass, velocity, stiffness = triple
     n, q = len(mass), len(mass) - states
@@ -236,22 +275,32 @@ def _general(triple: Triple, states: int, top: float) -> Found:
     top_rows = -la.lu_solve(factors, np.hstack([first, heavy[:, :q]]))
     companion = np.vstack([top_rows, top_rows[:q] + np.eye(q, n + q)])
     inverse, vectors = np.linalg.eig(companion)
-    duals = _duals(inverse, vectors)
+    if np.isrealobj(companion):
+        # of the pairs of a real problem one, for which half of the vectors are enough
+        duals, above = real_dual(inverse, vectors, _duals), inverse.imag >= 0
+        inverse, vectors, duals = (
+            inverse[above].conj(),
+            vectors[:, above].conj(),
+            duals[above].conj(),
+        )
+        twins = inverse.imag != 0
+    else:
+        duals, twins = _duals(vectors), np.zeros(inverse.size, dtype=bool)
     kept = np.abs(inverse) > INFINITE * np.abs(inverse).max(initial=1.0)
     both = duals[kept, :n].copy()
     both[:, :q] += duals[kept, n:]
     right = columns[:, None] * vectors[:n, kept]
     left = -rows[:, None] * la.lu_solve(factors, both.conj().T, trans=2)
-    values = shift * (1.0 + 1.0 / inverse[kept])
-    count = _zero_count(triple, top)
-    values = values.astype(complex)
-    values[np.argsort(np.abs(values), kind="stable")[:count]] = 0.0
-    rounding = eigensolver_rounding(float(la.norm(companion)), duals[kept], vectors[:, kept])
-    uncertainty = rounding * np.abs(values - shift) ** 2 / shift
-    return values, right.astype(complex), left, uncertainty
+    values = np.asarray(shift * (1.0 + 1.0 / inverse[kept]), dtype=complex)
+    found = eigensolver_rounding(float(la.norm(companion)), duals[kept], vectors[:, kept])
+    rounding = found * np.abs(values - shift) ** 2 / shift
+    slowest = np.argsort(np.abs(values), kind="stable")
+    before = np.concatenate(([0], np.cumsum(1 + twins[kept][slowest])[:-1]))
+    values[slowest[before < _zero_count(triple, top)]] = 0.0
+    return Roots(values, right.astype(complex), left, np.flatnonzero(twins[kept]), rounding)
 
 
-def _duals(values: ComplexArray, vectors: ComplexArray) -> ComplexArray:
+def _duals(vectors: Matrix) -> Matrix:
     """Return the left vectors as rows, of unit product; of defective ones those nearest to that."""
     with suppress(np.linalg.LinAlgError):
         found = np.linalg.inv(vectors)
@@ -276,7 +325,7 @@ def _zero_count(triple: Triple, top: float) -> int:
     first, second = scale[:, None] * left[:, at], scale[:, None] * right[at].conj().T
     push = first.conj().T @ velocity @ second
     terms = np.abs(first).T @ np.abs(velocity) @ np.abs(second)
-    inertia = float((scale**2 * np.abs(np.diag(mass))).max())
+    inertia = float((scale**2 * np.diag(mass).real).max())
     floor = max(_NO_PUSH * float(terms.max()), _NO_DRIFT * top * inertia)
     rank = int(np.count_nonzero(la.svdvals(push) > floor)) if floor > 0 else 0
     return 2 * int(np.count_nonzero(at)) - rank

@@ -130,12 +130,11 @@ def critical_speeds(
     are found by counting negative eigenvalues, all of them (see `speed_roots`); one mode may have
     several critical speeds. An isotropic system is solved for forward and backward whirl apart.
 
-    With light damping each is refined from the one without it, and counts of the modes below the
-    excitation prove that none is missing; else the branches are followed from rest and Im λ(Ω) = αΩ
-    is solved on each; steps begin and end at the critical speeds without damping and the knots of
-    speed laws. Bearings that depend on the frequency are read at αΩ, which is that of the mode, so
-    that no root is made up; controllers are states.
-    Motions that creep, of a damping ratio above 0.995, are left out.
+    With damping all roots are followed over the speed and Im λ(Ω) = αΩ is solved on their paths;
+    the roots above the excitation at the ends of each step tell how many meet it in between.
+    Bearings that depend on the frequency are read at αΩ, which is that of the mode, so that no root
+    is made up; controllers are states. Motions that creep, of a damping ratio above 0.995, are left
+    out. Raises AnalysisError if roots meet the excitation that can't be told apart.
     """
     ratio, limit = checked_excitation(assembled, excitation_ratio, speed_max_rad_s)
     known = _searched(assembled, ratio)
@@ -170,7 +169,7 @@ def _found(assembled: AssembledSystem, ratio: float, limit: float) -> tuple[Crit
     else:
         raise AnalysisError(
             "speed_max_rad_s is needed: this system has damping, an unsymmetric or a negative "
-            "stiffness, and its branches are followed up to a finite speed"
+            "stiffness, and its roots are followed up to a finite speed"
         )
     motion = motion_of(assembled, shapes)
     return tuple(

@@ -19,15 +19,19 @@ from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.second_order import SecondOrder, Triple
 from solidwhirl.rotordyn.core.spectrum import Spectrum, spectrum
 from solidwhirl.rotordyn.core.tolerances import (
+    ALIKE,
     ALONE,
     CERTAIN,
     DEFECT,
+    DEFECT_ALIKE,
+    EPS,
     EVENT,
     GROWTH,
     HALVINGS,
     NEAR_AXIS,
     OVERDAMPED,
     SHARE,
+    UNRESOLVED,
     VEERING,
 )
 
@@ -44,6 +48,11 @@ class Node(NamedTuple):
     spectrum: Spectrum
     order: IntArray
 
+
+# −Re s over |Im s| of a motion that is just overdamped.
+_STEEPEST = OVERDAMPED / np.sqrt(1.0 - OVERDAMPED**2)
+# Of roots beyond this part of the rate that matters no vectors are compared.
+_NEAR = 10.0
 
 #: Which paths between two nodes are to be followed closely, (m,): those that may come to a window.
 Wanted = Callable[[Node, Node], BoolArray]
@@ -98,6 +107,7 @@ class EigenvaluePaths:
         self._wanted = wanted or (lambda first, _: np.ones(first.values.size, dtype=bool))
         self._scale, self._growth = scale, growth
         self._known: dict[float, Spectrum] = {}
+        self._slopes: dict[tuple[float, int], ComplexArray] = {}
         self.branch_points: list[Event] = []
         self.stretches: list[tuple[Node, Node]] = []
         order = np.arange(self._spectrum(places[0]).values.size)
@@ -111,15 +121,32 @@ class EigenvaluePaths:
             second for _, second in self.stretches[-1:]
         ]
 
+    def halved(self, stretches: Sequence[tuple[Node, Node]]) -> EigenvaluePaths:
+        """Return the paths with a node in the middle of some stretches."""
+        places = {node.at for node in self.nodes} | {0.5 * (a.at + b.at) for a, b in stretches}
+        return EigenvaluePaths(
+            self._spectrum,
+            self._change,
+            sorted(places, reverse=self.stretches[0][0].at > self.stretches[0][1].at),
+            wanted=self._wanted,
+            scale=self._scale,
+            growth=self._growth,
+        )
+
     def _spectrum(self, place: float) -> Spectrum:
         if place not in self._known:
-            self._known[place] = self._solve(place)
+            found = self._solve(place)
+            # motions that are free but for what is no more than the error of the eigensolver
+            free = np.abs(found.values) < UNRESOLVED * found.uncertainty
+            self._known[place] = found._replace(values=np.where(free, 0.0, found.values))
         return self._known[place]
 
     def _node(self, place: float, order: IntArray | None, side: int) -> Node:
         found = self._spectrum(place)
         order = np.arange(found.values.size) if order is None else order
-        slopes = found.slopes(self._change(place, side))
+        if (place, side) not in self._slopes:
+            self._slopes[place, side] = found.slopes(self._change(place, side))
+        slopes = self._slopes[place, side]
         return Node(place, found.values[order], slopes[order], found, order)
 
     def _advance(self, start: float, order: IntArray, stop: float) -> IntArray:
@@ -157,7 +184,13 @@ class EigenvaluePaths:
             )
         width = second.at - first.at
         size = np.maximum(np.abs(first.values), 1e-3 * self._scale)[:, None]
-        shares = first.spectrum.shares(second.spectrum)[first.order]
+        shares = np.zeros((first.values.size, second.values.size))
+        near = [np.flatnonzero(np.abs(n.values) < _NEAR * self._scale) for n in (first, second)]
+        one, other = (
+            node.spectrum.part(node.order[at])
+            for node, at in zip((first, second), near, strict=True)
+        )
+        shares[np.ix_(*near)] = one.shares(other)
         step = second.values - first.values[:, None]
         begin = np.where(first.values[:, None] == 0, step / width, first.slopes[:, None])
         finish = np.where(second.values == 0, step / width, second.slopes)
@@ -178,7 +211,7 @@ class EigenvaluePaths:
         rival = np.partition(defect, 1, axis=1)[:, 1] if defect.shape[1] > 1 else np.inf
         alone = rival > ALONE * chosen + DEFECT / ALONE
         sure = (shares[own, order] > SHARE) | alone | (chosen < CERTAIN * DEFECT)
-        sure &= chosen < DEFECT
+        sure &= (chosen < DEFECT) | ((chosen < DEFECT_ALIKE) & (shares[own, order] > ALIKE))
         if self._growth:
             off = end.values - begun.values - 0.5 * width * (begun.slopes + end.slopes)
             growth = np.maximum(np.abs(begun.values.real), np.abs(end.values.real))
@@ -202,7 +235,7 @@ class EigenvaluePaths:
         right, left = (
             vectors[:, first.order[near]] for vectors in (first.spectrum.right, first.spectrum.left)
         )
-        turn = left.conj().T @ change.times(right, first.values[near])
+        turn = left.conj().T @ change.times(right).value(first.values[near])
         growth = np.minimum(np.abs(first.values.real), np.abs(second.values.real))[near]
         for i, j in crossing:
             part = begin[i, j] / (begin[i, j] - finish[i, j])
@@ -232,17 +265,21 @@ class EigenvaluePaths:
             near = np.minimum(np.abs(low), np.abs(high))
             reach = np.abs(rise) + np.abs(fall) + EVENT * self._scale
             seen = (low * high <= 0) | (near <= reach)
+            end = 1.0 + 1e-9 if second is self.stretches[-1][1] else 1.0 - 1e-9
             seen &= self._wanted(first, second) & np.isfinite(rise + fall)
             for j in np.flatnonzero(seen):
-                cubic = (
-                    2 * (low[j] - high[j]) + rise[j] + fall[j],
-                    3 * (high[j] - low[j]) - 2 * rise[j] - fall[j],
-                    rise[j],
-                    low[j],
+                cubic = np.array(
+                    [
+                        2 * (low[j] - high[j]) + rise[j] + fall[j],
+                        3 * (high[j] - low[j]) - 2 * rise[j] - fall[j],
+                        rise[j],
+                        low[j],
+                    ]
                 )
+                cubic[np.abs(cubic) <= EPS * np.abs(cubic).max()] = 0.0
                 for root in np.roots(cubic):
                     part = float(root.real)
-                    if abs(root.imag) < 1e-9 and -1e-9 <= part < 1 - 1e-9:
+                    if abs(root.imag) < 1e-9 and -1e-9 <= part < end:
                         value = _on_cubic(first, second, int(j), part)
                         found.append(Event(first.at + part * width, value, int(j)))
         return found
@@ -267,21 +304,29 @@ def meets_band(low: float, high: float) -> Wanted:
 
 
 def meets_lines(whirl_ratios: Sequence[float]) -> Wanted:
-    """Return the paths that may meet a line Im s = αΩ and do not creep all the way.
+    """Return the paths that may meet a line Im s = αΩ and are not overdamped there.
 
     The cubic of a path lies within its four control points; as far as the trapezoid rule misses its
     end it may lie beyond.
     """
 
     def wanted(first: Node, second: Node) -> BoolArray:
-        meets, width = np.zeros(first.values.size, dtype=bool), second.at - first.at
+        width = second.at - first.at
+        rise, fall = width * first.slopes, width * second.slopes
+        beyond = second.values - first.values - 0.5 * (rise + fall)
+        points = np.array(
+            [first.values, first.values + rise / 3.0, second.values - fall / 3.0, second.values]
+        )
+        places = first.at + width * np.array([0.0, 1.0, 2.0, 3.0])[:, None] / 3.0
+        least = points.real.max(axis=0) + np.abs(beyond.real)
+        meets = np.zeros(first.values.size, dtype=bool)
         for ratio in whirl_ratios:
-            low, high = (node.values.imag - ratio * node.at for node in (first, second))
-            rise, fall = (width * (node.slopes.imag - ratio) for node in (first, second))
-            points = np.array([low, low + rise / 3.0, high - fall / 3.0, high])
-            beyond = np.abs(high - low - 0.5 * (rise + fall))
-            meets |= (points.min(axis=0) <= beyond) & (points.max(axis=0) >= -beyond)
-        return meets & (_oscillates(first.values) | _oscillates(second.values))
+            above = points.imag - ratio * places
+            near = (above.min(axis=0) <= np.abs(beyond.imag)) & (
+                above.max(axis=0) >= -np.abs(beyond.imag)
+            )
+            meets |= near & (least > -_STEEPEST * np.abs(ratio * places).max())
+        return np.asarray(meets & ((first.values != 0) | (second.values != 0)))
 
     return wanted
 
@@ -336,7 +381,7 @@ def speed_paths(
     inner = {sign * knot for knot in knots for sign in (-1.0, 1.0) if low < sign * knot < high}
     places = sorted(inner | {*speeds}, reverse=speeds[-1] < speeds[0])
     return EigenvaluePaths(
-        lambda speed: spectrum(operator, speed, ratio * abs(speed)),
+        lambda speed: spectrum(operator, speed, ratio * abs(speed), None if growth else top),
         lambda speed, side: operator.along(speed, ratio, side),
         places,
         wanted=wanted,

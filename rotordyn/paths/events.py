@@ -32,7 +32,7 @@ class Refined(NamedTuple):
 class Located(NamedTuple):
     """Where a function of a root is zero: speed, root, right vector, residual in the operator.
 
-    `rate`: the derivative of the function along the path.
+    `rate`: how fast the function changes with the speed along the path.
     """
 
     speed: float
@@ -76,7 +76,7 @@ def refined(triple: Triple, near: complex, count: int = 1) -> Refined:
     at = np.argsort(np.abs(steps), kind="stable")[:count]
     right, left = right @ turn_right[:, at], left @ turn_left[:, at]
     product = np.einsum("ij,ij->j", left.conj(), triple.slope(near) @ right)
-    # a defective root has none, and no left vector
+    # a defective root has none
     product = np.where(product == 0, np.inf, product)
     return Refined(near - steps[at], right, left / product.conj())
 
@@ -99,26 +99,31 @@ def located(
     also make zeros that are none.
     """
     ratio = abs(whirl_ratio)
-    step = np.inf
     for _ in range(_STEPS):
+        if abs(value) <= np.finfo(float).tiny:  # a free motion
+            return None
         triple = operator.at(speed, ratio * abs(speed) if ratio else frequency)
         values, rights, lefts = refined(triple, value)
         value, right, left = complex(values[0]), rights[:, 0], lefts[:, 0]
         if not np.isfinite(value):
             return None
+        miss = function(speed, value)
         change = operator.along(speed, ratio) if ratio else operator.by_speed(speed, frequency)
         slope = -complex(left.conj() @ change.value(value) @ right)
-        miss, rate = function(speed, value), derivative(slope)
-        if abs(step) <= AT_REST * abs(speed) or miss == 0.0:
+        rate = derivative(slope)
+        if miss == 0.0:
             break
         if rate == 0.0 or not np.isfinite(rate):
             return None
         step = -miss / rate
         speed, value = speed + step, value + slope * step
+        if abs(step) <= AT_REST * abs(speed):
+            break
     if abs(miss) > EVENT * abs(value):
         return None
+    triple = operator.at(speed, ratio * abs(speed) if ratio else frequency)
     residual = residuals_of(triple, np.array([value]), right[:, None])[0]
-    return Located(float(speed), value, right, float(residual), float(rate))
+    return Located(float(speed), value, right, float(residual), rate)
 
 
 def met(

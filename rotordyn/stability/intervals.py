@@ -188,7 +188,9 @@ def unstable_intervals(
     low, high = float(speed_low_rad_s), float(speed_high_rad_s)
     if _never_grows(assembled, low, high):
         return ()
-    return tuple(_interval(assembled, window) for window in _united(unstable_windows(assembled, low, high)))
+    return tuple(
+        _interval(assembled, window) for window in _united(unstable_windows(assembled, low, high))
+    )
 
 
 def _united(windows: list[Window]) -> list[Window]:
