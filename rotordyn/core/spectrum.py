@@ -123,7 +123,7 @@ def spectrum(
     left = left / slope.conj()
     sizes = _terms(triple, values, right)
     residuals = _backward_errors(triple, values, moved.value(values), sizes)
-    # the rounding of the terms, and of the eigenproblem, of which the vectors err by the first power
+    # rounding of the terms, and the square of the error that the eigenproblem leaves in vectors
     every = np.concatenate((values, values[twins].conj()))
     apart = np.abs(values[:, None] - every)
     np.fill_diagonal(apart, np.inf)

@@ -17,6 +17,7 @@ from solidwhirl.rotordyn.paths.eigenvalue_paths import (
     speed_paths,
 )
 from solidwhirl.rotordyn.paths.events import Located, met, refined
+from solidwhirl.rotordyn.paths.frequency_roots import root_near
 
 # Intervals between the speeds at which all roots are solved for at first; more where paths ask.
 _INTERVALS = 2
@@ -36,7 +37,8 @@ def met_by_excitation(assembled: AssembledSystem, ratio: float, limit: float) ->
     `ratio`, `limit`: |α|, and the largest Ω, rad/s. All roots of the system with its laws read at
     the frequency of the excitation are followed over the speed; where one meets it that is its own
     frequency, and the law is exact. How many meet it between two speeds is known from the roots
-    there. Raises AnalysisError if it is not the number that is found.
+    there. Roots of index −1 are left out: no verdict rests on them. Raises AnalysisError if it is
+    not the number that is found.
     """
     return [
         found
@@ -72,6 +74,10 @@ def _met_by_block(block: OperatorBlock, ratio: float, limit: float) -> list[Loca
         for place in found:
             shape = block.lift @ place.right
             creeps = damping_ratio(np.array([place.value]))[0] > CREEPING
+            if operator.frequency_knots:
+                root = root_near(operator, place.speed, place.value)
+                if root is not None and root.sign < 0:  # of a law, see `Modes.index`
+                    continue
             if creeps or np.abs(shape).max() <= _ROTOR * np.abs(place.right).max():
                 continue
             turned = (place.value, shape) if line > 0 else (place.value.conjugate(), shape.conj())

@@ -24,7 +24,6 @@ from solidwhirl.rotordyn.modes.damping import NEUTRAL
 from solidwhirl.rotordyn.modes.eigen import Modes, modes_at_speed
 from solidwhirl.rotordyn.modes.kinds import energy_shares, moves_laterally
 from solidwhirl.rotordyn.modes.whirl import whirl_direction
-from solidwhirl.rotordyn.stability.windows import Window, unstable_windows
 from solidwhirl.rotordyn.stability.whirl_decrements import (
     FirstMode,
     barely_turning,
@@ -32,6 +31,7 @@ from solidwhirl.rotordyn.stability.whirl_decrements import (
     first_modes,
     whirl_record,
 )
+from solidwhirl.rotordyn.stability.windows import Window, unstable_windows
 
 # |Im λ| below this fraction of |λ| is real.
 _REAL_FRACTION = 1e-6

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
@@ -18,7 +18,6 @@ from solidwhirl.rotordyn.paths.eigenvalue_paths import grows_below, speed_paths
 from solidwhirl.rotordyn.paths.events import neutral, refined
 from solidwhirl.rotordyn.paths.frequency_paths import Change, growth_changes
 from solidwhirl.rotordyn.paths.frequency_roots import FrequencyRoot, frequency_roots, root_near
-from solidwhirl.rotordyn.stability.unstable_windows import Window
 
 # Speeds at which all roots are solved for at first; more where paths ask for it.
 _SPEEDS = 9
@@ -32,6 +31,23 @@ _STEPS_END = 1e-6
 _HALVINGS = 60
 # Steps from a root to the one that it becomes at another speed.
 _FOLLOWED = 8
+
+
+class Window(NamedTuple):
+    """A range of speeds in which something grows, and the eigenvalues at its ends and top.
+
+    `opens` and `closes` tell whether growth begins and ends there; else the range searched does.
+    """
+
+    low: float
+    high: float
+    opens: bool
+    closes: bool
+    onset: complex
+    end: complex
+    top: complex
+    top_speed: float
+
 
 #: The root that grows most at a speed, −inf if there is none.
 MostGrowing = Callable[[float], complex]
@@ -104,10 +120,8 @@ def _of_block(operator: SecondOrder, low: float, high: float) -> list[Window]:
         return Change(found.speed, found.value, is_birth=False)
 
     events = paths.crossings(lambda _, values: _excess(values), lambda _, slopes: slopes.real)
-    changes = [crossing(event.at, event.value) for event in events]
-    return _windows(
-        [change for change in changes if change is not None], [*spectra], most, near, crossing
-    )
+    met = [change for event in events if (change := crossing(event.at, event.value)) is not None]
+    return _windows(met, [*spectra], most, near, crossing)
 
 
 def _highest(operator: SecondOrder, low: float, high: float) -> float:

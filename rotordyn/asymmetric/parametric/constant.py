@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from solidwhirl.rotordyn.assembly.system import Side
+from solidwhirl.rotordyn.asymmetric.parametric.block_paths import BlockSpectral, Stretch, prepared
 from solidwhirl.rotordyn.asymmetric.parametric.hill import hill_block
 from solidwhirl.rotordyn.asymmetric.parametric.hill_roots import Root
 from solidwhirl.rotordyn.asymmetric.periodic import PeriodicSystem
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
-from solidwhirl.rotordyn.stability.eigenvalue_paths import BlockSpectral, Stretch, prepared
 
 
 class ConstantMotions:

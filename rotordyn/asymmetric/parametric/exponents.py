@@ -17,6 +17,7 @@ import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.system import Side
 from solidwhirl.rotordyn.asymmetric.parametric.basis import fastest_rate, search_basis
+from solidwhirl.rotordyn.asymmetric.parametric.block_paths import Spectral, Stretch, paired
 from solidwhirl.rotordyn.asymmetric.parametric.floquet import (
     exponentials,
     state_rates,
@@ -29,7 +30,6 @@ from solidwhirl.rotordyn.core.dense import eigensolver_rounding
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.magnus import GAUSS, magnus_exponent
 from solidwhirl.rotordyn.modes.damping import NEUTRAL
-from solidwhirl.rotordyn.stability.eigenvalue_paths import Spectral, Stretch, paired
 
 # Places of a period at which vectors are held: motions that meet by more than half as many strides
 # do not drive each other.

@@ -17,9 +17,9 @@ from functools import partial
 import numpy as np
 
 from solidwhirl.rotordyn.assembly.system import Side
+from solidwhirl.rotordyn.asymmetric.parametric.block_paths import Block, Coefficients
 from solidwhirl.rotordyn.asymmetric.periodic import PeriodicSystem
 from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, FloatArray, Matrix
-from solidwhirl.rotordyn.stability.eigenvalue_paths import Block, Coefficients
 
 # Distance of the mean harmonic of a motion from the zeroth up to which it counts: half, and a
 # margin for those that have two equal ones.

@@ -12,11 +12,11 @@ from typing import Literal, NamedTuple
 import numpy as np
 import scipy.linalg as la
 
+from solidwhirl.rotordyn.asymmetric.parametric.block_paths import Block
 from solidwhirl.rotordyn.asymmetric.parametric.hill import hill_block
 from solidwhirl.rotordyn.asymmetric.periodic import PeriodicSystem
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
-from solidwhirl.rotordyn.stability.eigenvalue_paths import Block
 
 # Steps of Newton's method, and the relative change at which they end.
 _STEPS, _CHANGE = 30, 1e-7

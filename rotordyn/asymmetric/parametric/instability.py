@@ -17,6 +17,7 @@ from solidwhirl.rotordyn.asymmetric.parametric.basis import fastest_rate, highes
 from solidwhirl.rotordyn.asymmetric.parametric.constant import ConstantMotions
 from solidwhirl.rotordyn.asymmetric.parametric.exponents import PeriodicMotions
 from solidwhirl.rotordyn.asymmetric.parametric.floquet import floquet_multipliers
+from solidwhirl.rotordyn.asymmetric.parametric.growing_pieces import Piece, Search
 from solidwhirl.rotordyn.asymmetric.parametric.hill_roots import (
     Converged,
     Root,
@@ -33,7 +34,6 @@ from solidwhirl.rotordyn.asymmetric.periodic import PeriodicSystem, Term
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.modes.damping import NEUTRAL
-from solidwhirl.rotordyn.stability.unstable_windows import Piece, Search
 
 # Harmonics of Hill's method to begin with.
 _FIRST = 3

@@ -14,12 +14,12 @@ from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.asymmetric import assemble_rotating, unstable_ranges
 from solidwhirl.rotordyn.asymmetric.diagram import as_campbell, rotating_diagram
 from solidwhirl.rotordyn.asymmetric.loads import unbalance_force
+from solidwhirl.rotordyn.asymmetric.parametric.block_paths import prepared, solve
 from solidwhirl.rotordyn.asymmetric.parametric.hill import hill_block
 from solidwhirl.rotordyn.asymmetric.resonances import critical_speeds
 from solidwhirl.rotordyn.asymmetric.response import steady_response
 from solidwhirl.rotordyn.estimates.eigenvalue_errors import frequency_errors
 from solidwhirl.rotordyn.response.unbalance import Unbalance, unbalance_response
-from solidwhirl.rotordyn.stability.eigenvalue_paths import prepared, solve
 from solidwhirl.rotordyn.stability.intervals import unstable_intervals
 
 RPM = np.pi / 30.0

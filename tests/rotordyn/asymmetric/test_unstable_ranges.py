@@ -20,9 +20,9 @@ from solidwhirl.rotordyn.asymmetric import (
     turning_body,
     unstable_ranges,
 )
+from solidwhirl.rotordyn.asymmetric.parametric.block_paths import prepared, solve
 from solidwhirl.rotordyn.asymmetric.periodic import Term
 from solidwhirl.rotordyn.core.errors import AnalysisError
-from solidwhirl.rotordyn.stability.eigenvalue_paths import prepared, solve
 
 RPM = np.pi / 30.0
 

@@ -10,9 +10,9 @@ import numpy as np
 import scipy
 
 from solidwhirl.rotordyn.assembly.system import Side
+from solidwhirl.rotordyn.asymmetric.parametric.block_paths import Spectral, Stretch
 from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from solidwhirl.rotordyn.modes.damping import ROUNDING
-from solidwhirl.rotordyn.stability.eigenvalue_paths import Spectral, Stretch
 
 # Pieces the range is cut into at least; segments of speed laws are never joined.
 _PIECES = 12
@@ -29,8 +29,6 @@ _JUMP = 1e-6
 _LOOKS = 16
 # Maxima of the growth among them that are followed up.
 _PEAKS = 2
-# Steps beyond an end, each twice the last, of which the first is this part of the window.
-_BEYOND = 8
 # Places at which paths are read.
 _PARTS = np.linspace(0.0, 1.0, 17)
 # A part that is larger than this is no nearer to a meeting than the stretch that it was cut from.
@@ -71,42 +69,12 @@ class Motions(Protocol[S]):
         """Pair the eigenvalues of two speeds, rising, with slopes."""
 
 
-class Window(NamedTuple):
-    """A range of speeds in which something grows, and the eigenvalues at its ends and top.
-
-    `opens` and `closes` tell whether growth begins and ends there; else the range searched does.
-    """
-
-    low: float
-    high: float
-    opens: bool
-    closes: bool
-    onset: complex
-    end: complex
-    top: complex
-    top_speed: float
-
-
 class Piece(NamedTuple):
     """A range of speeds in which something grows throughout, or nowhere."""
 
     low: float
     high: float
     grows: bool
-
-
-def unstable_windows(
-    motions: Motions[S],
-    knots_rad_s: Iterable[float],
-    speed_low: float,
-    speed_high: float,
-) -> list[Window]:
-    """Find every range of speeds in which some motion grows.
-
-    `knots_rad_s`: speeds at which a law has a knot: slopes jump there. `speed_low`, `speed_high`:
-    range searched, rad/s, low < high. Returns rising; those that touch are one.
-    """
-    return Search(motions, knots_rad_s, speed_low, speed_high).windows()
 
 
 class Search(Generic[S]):
@@ -143,10 +111,6 @@ class Search(Generic[S]):
         first = self.motions.with_slopes(self.at(low), "above")
         second = self.motions.with_slopes(self.at(high), "below")
         return self.motions.stretch_between(first, second)
-
-    def windows(self) -> list[Window]:
-        """Return all windows."""
-        return [self._window(piece) for piece in self.pieces()]
 
     def ends_inside(self, piece: Piece) -> tuple[bool, bool]:
         """Return whether growth begins and ends at the ends of a piece, or the search does."""
@@ -257,52 +221,6 @@ class Search(Generic[S]):
                 break
             calm, loud = (calm, middle) if self.at(middle).grows else (middle, loud)
         return loud
-
-    def _window(self, piece: Piece) -> Window:
-        """Return the window of a piece that grows."""
-        top_speed = self.highest(piece)
-        opens, closes = self.ends_inside(piece)
-        low = self._exact_end(piece.low, piece.high) if opens else piece.low
-        high = self._exact_end(piece.high, piece.low) if closes else piece.high
-        return Window(
-            low=low,
-            high=high,
-            opens=opens,
-            closes=closes,
-            onset=self.at_end(low, piece.high),
-            end=self.at_end(high, piece.low),
-            top=self.leading(top_speed),
-            top_speed=top_speed,
-        )
-
-    def _exact_end(self, speed: float, other: float) -> float:
-        """Return where Re λ = 0 beyond an end at which growth is too slow to be judged."""
-        value = start = self.at_end(speed, other)
-        if value.real <= ROUNDING * abs(value):
-            return speed
-        step = (speed - other) / _BEYOND
-        for _ in range(_BEYOND):
-            place = min(max(speed + step, self.low), self.high)
-            value = self.at(place).nearest(value)[1]
-            if value.real < -ROUNDING * abs(value):
-                return self._zero_between((speed, start), (place, value))
-            if value.real <= ROUNDING * abs(value):
-                break  # neutral: two motions that have parted
-            if place in (self.low, self.high):
-                break
-            step *= 2.0
-        return speed
-
-    def _zero_between(self, grown: tuple[float, complex], damped: tuple[float, complex]) -> float:
-        """Return where Re λ = 0 between two speeds with the values of one mode there."""
-
-        def growth(speed: float) -> float:
-            part = (speed - grown[0]) / (damped[0] - grown[0])
-            near = grown[1] + part * (damped[1] - grown[1])
-            return self.at(speed).nearest(near)[1].real
-
-        root = self._root(growth, grown[0], damped[0])
-        return root if abs(growth(root)) <= _JUMP * abs(damped[1].real) else grown[0]
 
     def at_end(self, speed: float, other: float) -> complex:
         """Return the eigenvalue at an end of a window, followed from where it is seen to grow."""

@@ -17,10 +17,7 @@ import scipy
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.system import (
-    AssembledSystem,
     Side,
-    matrices_at_speed,
-    speed_derivative,
 )
 from solidwhirl.rotordyn.core.arrays import (
     BoolArray,
@@ -39,11 +36,9 @@ from solidwhirl.rotordyn.core.dense import (
     reciprocal,
     scale_by_stiffness,
     sharpened,
-    uncoupled,
 )
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.ledger import solved
-from solidwhirl.rotordyn.modes.complex_form import ComplexForm, complex_form, lateral_parts
 from solidwhirl.rotordyn.modes.damping import NEUTRAL
 
 # Eigenvalues of K over M below this fraction of the largest do not set the shift.
@@ -160,62 +155,6 @@ class BlockSpectral(Spectral):
     right: ComplexArray
     left: ComplexArray
     coefficients: Coefficients
-
-
-def blocks_of(assembled: AssembledSystem, speed_low: float, speed_high: float) -> list[Block]:
-    """Return the blocks of a system.
-
-    `speed_low`, `speed_high`: range of speeds Ω that they are to be solved in, rad/s. The result is
-    together they have all eigenvalues; a complex block stands for its conjugate as well.
-    """
-    form = complex_form(assembled)
-    if form is None:
-        groups = _uncoupled(assembled, np.arange(assembled.size))
-        found = [_real_block(assembled, group) for group in groups]
-    else:
-        found = [_lateral_block(form.part(group)) for group in lateral_parts(form)]
-        found += [_real_block(assembled, group) for group in _uncoupled(assembled, form.rest)]
-    return [prepared(b, assembled.body_rate, speed_low, speed_high) for b in found]
-
-
-def _uncoupled(assembled: AssembledSystem, among: IntArray) -> list[IntArray]:
-    """Return the groups of coordinates that no entry of any matrix joins."""
-    block = np.ix_(among, among)
-    names = ("mass", "stiffness", "gyroscopic", "centrifugal_stiffness", "damping")
-    joined = [getattr(assembled, name)[block] for name in (*names, "circulatory_stiffness")]
-    motions = [joint.motion[:, among] for joint in assembled.law_joints]
-    return [among[group] for group in uncoupled(*joined, motions=motions)]
-
-
-def _real_block(assembled: AssembledSystem, group: IntArray) -> Block:
-    at_group = np.ix_(group, group)
-
-    def at(speed: float) -> Coefficients:
-        found = matrices_at_speed(assembled, speed)
-        velocity = found.damping + found.gyroscopic
-        return Coefficients(velocity[at_group], found.stiffness[at_group])
-
-    def slopes(speed: float, side: Side) -> Coefficients:
-        change = speed_derivative(assembled, speed, side)
-        return Coefficients(change.velocity[at_group], change.stiffness[at_group])
-
-    return Block(mass=assembled.mass[at_group], at=at, slopes=slopes)
-
-
-def _lateral_block(form: ComplexForm) -> Block:
-    def at(speed: float) -> Coefficients:
-        found = form.at_speed(speed)
-        return Coefficients(found.velocity, found.stiffness)
-
-    def turned(matrix: FloatArray) -> ComplexArray:
-        along, across = (matrix[np.ix_(form.first, c)] for c in (form.first, form.second))
-        return np.asarray(along - 1j * across * form.second_sign)
-
-    def slopes(speed: float, side: Side) -> Coefficients:
-        change = speed_derivative(form.assembled, speed, side)
-        return Coefficients(turned(change.velocity), turned(change.stiffness))
-
-    return Block(mass=form.mass, at=at, slopes=slopes)
 
 
 def prepared(block: Block, body_rate: float, low: float, high: float) -> Block:
