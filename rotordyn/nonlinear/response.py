@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 from typing import Literal, NamedTuple
 
@@ -21,7 +22,14 @@ from solidwhirl.rotordyn.core.arrays import (
     ReadOnlyArrays,
 )
 from solidwhirl.rotordyn.core.errors import AnalysisError
-from solidwhirl.rotordyn.nonlinear.continuation import Branch, BranchPoint, branches
+from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
+from solidwhirl.rotordyn.nonlinear.continuation import (
+    Branch,
+    BranchPoint,
+    Course,
+    OpenEnd,
+    through,
+)
 from solidwhirl.rotordyn.nonlinear.forced_system import (
     ForcedSystem,
     NonlinearJoint,
@@ -30,27 +38,34 @@ from solidwhirl.rotordyn.nonlinear.forced_system import (
 )
 from solidwhirl.rotordyn.nonlinear.harmonic_balance import (
     Point,
+    as_complex,
     as_real,
+    at_parameter,
     at_speed,
+    balance,
     corrected,
     fourier,
     with_harmonics,
 )
-from solidwhirl.rotordyn.nonlinear.sought import of_period, refined, sought_branches
 from solidwhirl.rotordyn.nonlinear.stability import (
     GROWS,
     SmallMotions,
     multipliers,
     small_motions,
 )
+from solidwhirl.rotordyn.nonlinear.starts import all_circles, in_time, under_loads
 from solidwhirl.rotordyn.response.harmonic_response import check_lateral
 from solidwhirl.rotordyn.response.orbits import elliptic_orbits
 from solidwhirl.rotordyn.response.unbalance import Unbalance
 
-# Numbers of harmonics that are tried; each is checked by the next.
-_LADDER = (1, 3, 7, 15, 31, 63)
-# Harmonics per turn of motions that are sought, at least, how often they are doubled, and at most.
-_FEWEST, _REFINED, _MOST = 3, 3, 126
+# Numbers of harmonics that are tried, per turn; each is checked by the next. Of motions of several
+# turns at least, and at most in all.
+_LADDER, _FEWEST, _MOST = (1, 3, 7, 15, 31, 63), 3, 126
+# Longest step along a branch, and how far motions are followed beyond the largest start.
+_LONGEST, _GROWN = 0.025, 1e4
+# Motions that differ by less than this part are one; harmonics other than those of fewer turns
+# below this part of a motion are none.
+_SAME, _NONE = 3e-3, 1e-3
 # Motions of a branch at which more harmonics are tried, beside turning points.
 _CHECKED = 12
 # Part of the motions of a branch beside a turning point where its own stability changes, at least.
@@ -67,8 +82,9 @@ class NonlinearBranch(ReadOnlyArrays):
     places for e^{ikωt}, k = 0 to h, shape (p, h + 1, places, 2); `largest_radius_m`: largest
     distance from the position without loads, shape (p, places). `multiplier`: the Floquet
     multiplier furthest from 0, shape (p,); `is_stable`: whether small motions beside it die out;
-    `is_turning`: where the speed turns. `is_whole`: whether the branch was followed until it left
-    the range of speeds, closed, or met one of fewer turns; `is_closed`: whether it closes.
+    `is_turning`: where the speed turns; `is_corner`: where the branch has a corner, as a gap closes
+    all along an orbit. `open_ends`: indices of ends that neither are ends of the range of speeds
+    nor meet a motion of fewer turns, and why; `is_closed`: whether the branch closes.
     `period_multiple`: turns of the unbalance after which motions repeat; ω is over that many.
     """
 
@@ -78,7 +94,8 @@ class NonlinearBranch(ReadOnlyArrays):
     multiplier: ComplexArray
     is_stable: BoolArray
     is_turning: BoolArray
-    is_whole: bool
+    is_corner: BoolArray
+    open_ends: tuple[tuple[int, OpenEnd], ...] = ()
     is_closed: bool = False
     period_multiple: int = 1
 
@@ -113,10 +130,10 @@ class StabilityChange(NamedTuple):
 class NonlinearResponse:
     """Hold the steady response to unbalance over the speed.
 
-    `places`: observed; `branches`: from the lowest speed, and from the highest if that is another,
-    then those that were sought, `sought_count`; `jumps`, `changes`: by place along the branches.
-    `harmonics`: h that were balanced, of the branches from the ends; `truncation`: largest change
-    of motions (relative to their own size) and speeds with twice as many.
+    `places`: observed; `branches`: those of one turn, through the lowest speed first, then those of
+    more; `jumps`, `changes`: by place along the branches. `harmonics`: h that were balanced, of the
+    branches of one turn; `truncation`: largest change of motions (relative to their own size) and
+    speeds with twice as many.
     """
 
     places: tuple[End, ...]
@@ -125,12 +142,6 @@ class NonlinearResponse:
     changes: tuple[StabilityChange, ...]
     harmonics: int
     truncation: float
-    sought_count: int = 0
-
-    @property
-    def sought(self) -> tuple[NonlinearBranch, ...]:
-        """Branches that were sought besides those from the ends of the speeds."""
-        return self.branches[len(self.branches) - self.sought_count :]
 
 
 def nonlinear_response(
@@ -149,10 +160,10 @@ def nonlinear_response(
     `joints`: nonlinear forces beside the bearings; `unbalances`: of one frequency;
     `speeds_rad_s`: lowest and highest Ω, above 0; `places`: interfaces with ux and uy;
     `tolerance`: harmonics are added until more of them change motions by less; `sought_turns`:
-    turns of the unbalance after which motions repeat that are sought too, 1 for branches that reach
-    neither end of the speeds. Those are found where motions from 144 starts settle to them in time.
-    Raises AnalysisError if the speeds do not rise from above 0, joints, unbalances or places do not
-    fit the system, or no motion is found at an end of the range.
+    turns of the unbalance after which motions repeat that are sought too, where motions from 144
+    starts settle to them in time; 1 for more starts of those of one turn. Raises AnalysisError if
+    the speeds do not rise from above 0, joints, unbalances or places do not fit the system, or no
+    motion is found at all.
     """
     low, high = speeds_rad_s
     if not 0.0 < low < high < np.inf:
@@ -160,19 +171,29 @@ def nonlinear_response(
     for place in places:
         check_lateral(assembled, place, f"motion at {place.label}")
     forced = forced_system(assembled, joints, unbalances, np.sqrt(low * high), gravity_m_per_s2)
-    found, harmonics, truncation = _converged(forced, (low, high), tolerance)
+    ends = (low, high)
+    starts = all_circles(forced, ends) or list(under_loads(forced, ends))
+    if not starts:
+        raise AnalysisError(
+            f"no steady motion is found from {low * RPM_PER_RAD_S:.6g} to "
+            f"{high * RPM_PER_RAD_S:.6g} rpm, neither at once nor as the loads are raised from none"
+        )
+    found, harmonics, truncation = _converged(forced, ends, starts, (), tolerance)
     rows = np.concatenate([seat_motion(assembled, place)[:2] for place in places])
     small = small_motions(forced, high)
     groups = {1: found}
     for turns in sorted(set(sought_turns)):
-        own = of_period(small, turns)
-        more, missed = _sought(own, (low, high), found, (harmonics, tolerance))
-        truncation = max(truncation, missed)
-        groups[turns] = (*groups.get(turns, ()), *more)
+        own = replace(small, forced=forced.repeating_after(turns))
+        more = list(in_time(own, ends, found, turns * max(harmonics, _FEWEST)))
+        if more:
+            known = found if turns == 1 else ()
+            others, _, missed = _converged(own.forced, ends, more, known, tolerance)
+            truncation = max(truncation, missed)
+            groups[turns] = (*groups.get(turns, ()), *others)
     told: list[NonlinearBranch] = []
     jumps: list[Jump] = []
     for turns, group in groups.items():
-        own = of_period(small, turns)
+        own = replace(small, forced=forced.repeating_after(turns))
         parts = tuple(_told(own, branch, rows) for branch in group)
         jumps += _jumps(own.forced, group, parts, rows)
         told += parts
@@ -183,51 +204,127 @@ def nonlinear_response(
         changes=tuple(change for branch in told for change in _changes(branch)),
         harmonics=harmonics,
         truncation=truncation,
-        sought_count=len(told) - len(found),
     )
 
 
-def _sought(
-    small: SmallMotions,
-    ends: tuple[float, float],
-    known: Sequence[Branch],
-    asked: tuple[int, float],
-) -> tuple[tuple[Branch, ...], float]:
-    """Return the branches of a number of turns that are not known, and what harmonics change.
-
-    `asked`: harmonics of the known ones, and the tolerance.
-    """
-    (least, tolerance), forced = asked, small.forced
-    harmonics = forced.period_multiple * max(least, _FEWEST)
-    out, worst = [], 0.0
-    for branch in sought_branches(small, ends, known, harmonics):
-        count, missed = harmonics, np.inf
-        for _ in range(_REFINED):
-            missed = _truncation(forced, branch, 2 * count)
-            better = None
-            if missed > tolerance and 2 * count <= _MOST:
-                better = refined(forced, branch, ends, 2 * count)
-            if better is None:
-                break
-            branch, count = better, 2 * count
-        out.append(branch)
-        worst = max(worst, missed)
-    return tuple(out), worst
-
-
 def _converged(
-    forced: ForcedSystem, ends: tuple[float, float], tolerance: float
+    forced: ForcedSystem,
+    ends: tuple[float, float],
+    starts: Sequence[Point],
+    known: Sequence[Branch],
+    tolerance: float,
 ) -> tuple[tuple[Branch, ...], int, float]:
-    """Return branches with as many harmonics as needed, their number, and what more would change.
+    """Return branches through starts with as many harmonics as needed, and what more would change.
 
-    Raises AnalysisError if no motion is found with any number of harmonics.
+    `known`: branches of one turn, which are not followed again. Branches, their number of
+    harmonics, and the largest change with the next number.
     """
-    for harmonics, more in pairwise(_LADDER):
-        found = branches(forced, *ends, harmonics)
-        truncation = max(_truncation(forced, branch, more) for branch in found)
+    turns = forced.period_multiple
+    counts = [turns * h for h in _LADDER if turns == 1 or _FEWEST <= h <= _MOST // turns]
+    found: tuple[Branch, ...] = ()
+    truncation = 0.0
+    for harmonics, more in pairwise(counts):
+        points = [_with_more(forced, start, harmonics) for start in starts]
+        if harmonics >= max(len(s.motion_m) // 2 for s in starts):
+            starts = [p for p in points if p is not None]
+            if not starts:
+                break
+        elif None in points:
+            continue
+        changes = [_moved(p, _with_more(forced, p, more)) for p in points if p is not None]
+        if max(changes) > tolerance and more < counts[-1]:
+            continue
+        course = Course(
+            equations=partial(balance, forced),
+            low=ends[0],
+            high=ends[1],
+            unit=ends[1] - ends[0],
+            longest=_LONGEST,
+            size_m=1e-12,
+            bound_m=_GROWN * max(float(np.abs(s.motion_m).max()) for s in starts),
+            turns=turns,
+        )
+        found = _through(course, [p for p in points if p is not None], known)
+        truncation = max((_truncation(forced, b, more) for b in found), default=0.0)
         if truncation <= tolerance:
             break
     return found, harmonics, truncation
+
+
+def _through(
+    course: Course, points: Sequence[Point], known: Sequence[Branch]
+) -> tuple[Branch, ...]:
+    """Return the branches through points that are not on known ones, each once."""
+    found: list[Branch] = []
+    for point in points:
+        if repeats_earlier(point.motion_m, course.turns):
+            continue
+        if any(_is_on(course, branch, point) for branch in (*known, *found)):
+            continue
+        branch = through(course, point)
+        # one with an open end may be a part of it
+        amid = [b.points[len(b.points) // 2].point for b in found]
+        found = [
+            b for b, p in zip(found, amid, strict=True)
+            if not (b.open_ends and _is_on(course, branch, p))
+        ]  # fmt: skip
+        found.append(branch)
+    return tuple(found)
+
+
+def _is_on(course: Course, branch: Branch, point: Point) -> bool:
+    """Whether a motion, or the same some turns later, is on a branch."""
+    at = np.array([p.point.parameter for p in branch.points])
+    above = at > point.parameter
+    near = [(k, k + 1) for k in np.flatnonzero(above[1:] != above[:-1])]
+    near += [(k, k) for k in np.flatnonzero(np.abs(at - point.parameter) <= 1e-9 * at)]
+    for k, after in near:
+        share = (point.parameter - at[k]) / (at[after] - at[k]) if after > k else 0.0
+        first, last = (branch.points[j].point.motion_m for j in (k, after))
+        motion = with_harmonics(first + share * (last - first), len(point.motion_m) // 2)
+        size = float(la.norm(motion))
+        apart = [la.norm(one - point.motion_m) for one in _later(motion, course.turns)]
+        if min(apart) <= _SAME * size:
+            return True
+        if min(apart) <= 30.0 * _SAME * size:  # or only beside it, where it bends
+            exact = at_parameter(course.equations, motion, point.parameter)
+            if exact is not None and any(
+                la.norm(one - point.motion_m) <= _SAME * size
+                for one in _later(exact.motion_m, course.turns)
+            ):
+                return True
+    return False
+
+
+def _later(motion_m: FloatArray, turns: int) -> Iterator[FloatArray]:
+    """Yield a motion begun so many turns of the unbalance later."""
+    amplitudes = as_complex(motion_m)
+    order = np.arange(len(amplitudes))
+    for turn in range(turns):
+        yield as_real(amplitudes * np.exp(2j * np.pi * order * turn / turns)[:, None])
+
+
+def repeats_earlier(motion_m: FloatArray, turns: int) -> bool:
+    """Tell whether a motion repeats after fewer turns than those of its period."""
+    size = np.abs(as_complex(motion_m)).max(axis=1)
+    order = np.arange(size.size)
+    return any(
+        size[order % divisor != 0].max() <= _NONE * size[1:].max()
+        for divisor in range(2, turns + 1)
+        if turns % divisor == 0
+    )
+
+
+def _with_more(forced: ForcedSystem, point: Point, harmonics: int) -> Point | None:
+    """Return the motion near one at its speed with another number of harmonics, None if none."""
+    return at_speed(forced, with_harmonics(point.motion_m, harmonics), point.parameter)
+
+
+def _moved(point: Point, other: Point | None) -> float:
+    if other is None:
+        return 0.0
+    motion = with_harmonics(point.motion_m, len(other.motion_m) // 2)
+    return float(la.norm(other.motion_m - motion) / la.norm(motion))
 
 
 def _truncation(forced: ForcedSystem, branch: Branch, harmonics: int) -> float:
@@ -238,20 +335,19 @@ def _truncation(forced: ForcedSystem, branch: Branch, harmonics: int) -> float:
 
 
 def _change(forced: ForcedSystem, at: BranchPoint, harmonics: int) -> float:
-    motion = with_harmonics(at.point.motion_m, harmonics)
-    along = with_harmonics(at.along_motion.reshape(at.point.motion_m.shape), harmonics)
+    motion, speed = with_harmonics(at.point.motion_m, harmonics), at.point.parameter
+    along = with_harmonics(at.along[:-1].reshape(at.point.motion_m.shape), harmonics)
     size = float(np.abs(motion).max())
-    row = along.ravel() / size**2, at.along_speed / at.point.speed_rad_s**2
-    found = corrected(forced, (motion, at.point.speed_rad_s), row, size)
+    row = along.ravel() / size**2, float(at.along[-1]) / speed**2
+    found = corrected(partial(balance, forced), (motion, speed), row, size)
     if found is None:
         return np.inf
-    moved = la.norm(found.motion_m - motion) / la.norm(found.motion_m)
-    return max(float(moved), abs(found.speed_rad_s / at.point.speed_rad_s - 1.0))
+    return max(_moved(at.point, found), abs(found.parameter / speed - 1.0))
 
 
 def place_motion(forced: ForcedSystem, point: Point, rows: FloatArray) -> ComplexArray:
     """Return amplitudes of rows (m, n) of the coordinates in a motion, shape (h + 1, m)."""
-    part = condensed(forced, point.speed_rad_s, len(point.motion_m) // 2, rows)
+    part = condensed(forced, point.parameter, len(point.motion_m) // 2, rows)
     pushed = np.einsum("kij,kj->ki", part.receptance, point.balance.force_n)
     return np.asarray(part.free_m - pushed)
 
@@ -266,15 +362,16 @@ def _told(small: SmallMotions, branch: Branch, rows: FloatArray) -> NonlinearBra
     forced = small.forced
     points = [p.point for p in branch.points]
     motions = [place_motion(forced, p, rows) for p in points]
-    largest = np.array([multipliers(small, p.motion_m, p.speed_rad_s)[0] for p in points])
+    largest = np.array([multipliers(small, p.motion_m, p.parameter)[0] for p in points])
     return NonlinearBranch(
-        speeds_rad_s=np.array([p.speed_rad_s for p in points]),
+        speeds_rad_s=np.array([p.parameter for p in points]),
         translation_m=np.array(motions).reshape(len(points), -1, len(rows) // 2, 2),
         largest_radius_m=np.array([_radius(m) for m in motions]),
         multiplier=largest,
         is_stable=np.abs(largest) <= 1.0 + GROWS,
         is_turning=np.array([p.is_turning for p in branch.points]),
-        is_whole=branch.is_whole,
+        is_corner=np.array([p.is_corner for p in branch.points]),
+        open_ends=branch.open_ends,
         is_closed=branch.is_closed,
         period_multiple=forced.period_multiple,
     )
@@ -327,7 +424,7 @@ def _landing(
         return None
     _, number, k = min(near)
     before, after = (found[number].points[j].point for j in (k, k + 1))
-    share = (speed - before.speed_rad_s) / (after.speed_rad_s - before.speed_rad_s)
+    share = (speed - before.parameter) / (after.parameter - before.parameter)
     motion = before.motion_m + share * (after.motion_m - before.motion_m)
     return at_speed(forced, motion, float(speed))
 
