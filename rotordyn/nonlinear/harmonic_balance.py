@@ -8,7 +8,7 @@ Problems).
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import lru_cache, partial
 from typing import NamedTuple
 
@@ -24,6 +24,8 @@ _SAMPLES, _PER_HARMONIC = 512, 16
 _MOST_STEPS, _SHORTENED = 14, 6
 # A correction, relative to the motion, at which Newton's method has converged.
 _CONVERGED = 1e-11
+# Harmonics other than those of fewer turns below this part of a motion are none.
+_NONE = 1e-3
 _TINY = float(np.finfo(float).tiny)
 
 
@@ -114,6 +116,25 @@ def with_harmonics(motion_m: FloatArray, harmonics: int) -> FloatArray:
     kept = min(len(found), len(motion_m))
     found[:kept] = motion_m[:kept]
     return found
+
+
+def later_turns(motion_m: FloatArray, turns: int) -> Iterator[FloatArray]:
+    """Yield a motion begun so many turns of the unbalance later."""
+    amplitudes = as_complex(motion_m)
+    order = np.arange(len(amplitudes))
+    for turn in range(turns):
+        yield as_real(amplitudes * np.exp(2j * np.pi * order * turn / turns)[:, None])
+
+
+def repeats_earlier(motion_m: FloatArray, turns: int) -> bool:
+    """Tell whether a motion repeats after fewer turns than those of its period."""
+    size = np.abs(as_complex(motion_m)).max(axis=1)
+    order = np.arange(size.size)
+    return any(
+        size[order % divisor != 0].max() <= _NONE * size[1:].max()
+        for divisor in range(2, turns + 1)
+        if turns % divisor == 0
+    )
 
 
 def joint_samples(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
@@ -38,13 +38,13 @@ from solidwhirl.rotordyn.nonlinear.forced_system import (
 )
 from solidwhirl.rotordyn.nonlinear.harmonic_balance import (
     Point,
-    as_complex,
     as_real,
     at_parameter,
     at_speed,
     balance,
     corrected,
     fourier,
+    later_turns,
     with_harmonics,
 )
 from solidwhirl.rotordyn.nonlinear.stability import (
@@ -63,11 +63,10 @@ from solidwhirl.rotordyn.response.unbalance import Unbalance
 _LADDER, _FEWEST, _MOST = (1, 3, 7, 15, 31, 63), 3, 126
 # Longest step along a branch, and how far motions are followed beyond the largest start.
 _LONGEST, _GROWN = 0.025, 1e4
-# Motions that differ by less than this part are one; harmonics other than those of fewer turns
-# below this part of a motion are none.
-_SAME, _NONE = 3e-3, 1e-3
-# Motions of a branch at which more harmonics are tried, beside turning points.
-_CHECKED = 12
+# Motions that differ by less than this part are one.
+_SAME = 3e-3
+# Motions of a branch at which more harmonics are tried, beside turning points; starts before.
+_CHECKED, _SOME = 12, 6
 # Part of the motions of a branch beside a turning point where its own stability changes, at least.
 _BESIDE = 3
 
@@ -220,19 +219,22 @@ def _converged(
     harmonics, and the largest change with the next number.
     """
     turns = forced.period_multiple
-    counts = [turns * h for h in _LADDER if turns == 1 or _FEWEST <= h <= _MOST // turns]
+    least = 1 if turns == 1 else len(starts[0].motion_m) // 2
+    counts = [
+        turns * h for h in _LADDER if turns * h >= least and (turns == 1 or h * turns <= _MOST)
+    ]
     found: tuple[Branch, ...] = ()
     truncation = 0.0
     for harmonics, more in pairwise(counts):
-        points = [_with_more(forced, start, harmonics) for start in starts]
-        if harmonics >= max(len(s.motion_m) // 2 for s in starts):
-            starts = [p for p in points if p is not None]
-            if not starts:
-                break
-        elif None in points:
-            continue
-        changes = [_moved(p, _with_more(forced, p, more)) for p in points if p is not None]
-        if max(changes) > tolerance and more < counts[-1]:
+        tried = [_with_others(forced, start, harmonics) for start in starts]
+        points = [p for p in tried if p is not None]
+        if None in tried and harmonics < len(starts[0].motion_m) // 2:
+            continue  # with fewer than those of the starts some are lost
+        some = points[:: max(1, len(points) // _SOME)]
+        if more < counts[-1] and any(
+            _moved(p, _with_others(forced, p, more)) > tolerance for p in some
+        ):
+            starts = points
             continue
         course = Course(
             equations=partial(balance, forced),
@@ -244,10 +246,12 @@ def _converged(
             bound_m=_GROWN * max(float(np.abs(s.motion_m).max()) for s in starts),
             turns=turns,
         )
-        found = _through(course, [p for p in points if p is not None], known)
+        found = _through(course, points, known)
         truncation = max((_truncation(forced, b, more) for b in found), default=0.0)
         if truncation <= tolerance:
             break
+        amid = [b.points[len(b.points) * k // 4].point for b in found for k in (1, 2, 3)]
+        starts = amid or points or starts
     return found, harmonics, truncation
 
 
@@ -257,8 +261,6 @@ def _through(
     """Return the branches through points that are not on known ones, each once."""
     found: list[Branch] = []
     for point in points:
-        if repeats_earlier(point.motion_m, course.turns):
-            continue
         if any(_is_on(course, branch, point) for branch in (*known, *found)):
             continue
         branch = through(course, point)
@@ -283,40 +285,23 @@ def _is_on(course: Course, branch: Branch, point: Point) -> bool:
         first, last = (branch.points[j].point.motion_m for j in (k, after))
         motion = with_harmonics(first + share * (last - first), len(point.motion_m) // 2)
         size = float(la.norm(motion))
-        apart = [la.norm(one - point.motion_m) for one in _later(motion, course.turns)]
+        apart = [la.norm(one - point.motion_m) for one in later_turns(motion, course.turns)]
         if min(apart) <= _SAME * size:
             return True
         if min(apart) <= 30.0 * _SAME * size:  # or only beside it, where it bends
             exact = at_parameter(course.equations, motion, point.parameter)
             if exact is not None and any(
                 la.norm(one - point.motion_m) <= _SAME * size
-                for one in _later(exact.motion_m, course.turns)
+                for one in later_turns(exact.motion_m, course.turns)
             ):
                 return True
     return False
 
 
-def _later(motion_m: FloatArray, turns: int) -> Iterator[FloatArray]:
-    """Yield a motion begun so many turns of the unbalance later."""
-    amplitudes = as_complex(motion_m)
-    order = np.arange(len(amplitudes))
-    for turn in range(turns):
-        yield as_real(amplitudes * np.exp(2j * np.pi * order * turn / turns)[:, None])
-
-
-def repeats_earlier(motion_m: FloatArray, turns: int) -> bool:
-    """Tell whether a motion repeats after fewer turns than those of its period."""
-    size = np.abs(as_complex(motion_m)).max(axis=1)
-    order = np.arange(size.size)
-    return any(
-        size[order % divisor != 0].max() <= _NONE * size[1:].max()
-        for divisor in range(2, turns + 1)
-        if turns % divisor == 0
-    )
-
-
-def _with_more(forced: ForcedSystem, point: Point, harmonics: int) -> Point | None:
+def _with_others(forced: ForcedSystem, point: Point, harmonics: int) -> Point | None:
     """Return the motion near one at its speed with another number of harmonics, None if none."""
+    if len(point.motion_m) == 2 * harmonics + 1:
+        return point
     return at_speed(forced, with_harmonics(point.motion_m, harmonics), point.parameter)
 
 

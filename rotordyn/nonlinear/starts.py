@@ -17,7 +17,9 @@ from solidwhirl.rotordyn.nonlinear.harmonic_balance import (
     as_real,
     at_parameter,
     at_speed,
+    later_turns,
     over_load,
+    repeats_earlier,
 )
 from solidwhirl.rotordyn.nonlinear.in_time import settled
 from solidwhirl.rotordyn.nonlinear.stability import SmallMotions
@@ -34,6 +36,8 @@ _BETWEEN, _HARMONICS, _LONGEST = 6, 3, 0.2
 _BOUND, _MOST = 3.0, 1e4
 # Speeds at which motions are started in time, how far out beside the known motion, how many each.
 _SPEEDS, _SIZES, _EACH = 12, (1.0, 3.0, 10.0), 4
+# Motions that differ by less than this part are one.
+_SAME = 1e-6
 
 
 class _Linear(NamedTuple):
@@ -118,10 +122,11 @@ def under_loads(forced: ForcedSystem, ends_rad_s: tuple[float, float]) -> Iterat
     peaks = 1 + np.flatnonzero((size[1:-1] > size[:-2]) & (size[1:-1] > size[2:]))
     speeds = {*np.linspace(low, high, _BETWEEN + 2)[1:-1].tolist(), *grid[peaks].tolist()}
     for speed in (low, high, *sorted(speeds)):
-        yield from _passages(forced, speed)
+        yield from raised(forced, speed)
 
 
-def _passages(forced: ForcedSystem, speed_rad_s: float) -> Iterator[Point]:
+def raised(forced: ForcedSystem, speed_rad_s: float) -> Iterator[Point]:
+    """Yield the motions under the whole loads on the path that begins without loads."""
     equations, linear = over_load(forced, speed_rad_s, _HARMONICS), _linear(forced, speed_rad_s)
     start = at_parameter(equations, np.zeros((2 * _HARMONICS + 1, forced.width)), 0.0)
     if start is None:
@@ -180,8 +185,17 @@ def in_time(
     sizes = np.repeat(np.outer(near, _SIZES), _EACH, axis=1)
     each = np.repeat(speeds, sizes.shape[1])
     motions = settled(small, each, sizes.ravel(), harmonics)
+    yielded: list[Point] = []
     for speed, motion in zip(each.tolist(), motions, strict=True):
-        if np.isfinite(motion).all():
-            found = at_speed(small.forced, motion, speed)
-            if found is not None:
-                yield found
+        found = at_speed(small.forced, motion, speed) if np.isfinite(motion).all() else None
+        if found is None or repeats_earlier(found.motion_m, small.forced.period_multiple):
+            continue
+        same = (
+            la.norm(later - other.motion_m) <= _SAME * la.norm(later)
+            for other in yielded
+            if other.parameter == speed
+            for later in later_turns(found.motion_m, small.forced.period_multiple)
+        )
+        if not any(same):
+            yielded.append(found)
+            yield found
