@@ -31,9 +31,9 @@ _GRID, _RADII, _REACH = 61, 5001, (1e-5, 1e4)
 _ANGLES, _SOME, _ISOTROPIC = (0.7, 1.6, 2.5, 3.7, 5.0), 20, 1e-9
 # Speeds between the ends at which loads are raised, besides those of the largest linear motions;
 # harmonics then, and the longest step.
-_BETWEEN, _HARMONICS, _LONGEST = 6, 3, 0.2
+_BETWEEN, _HARMONICS, _LONGEST = 6, 3, 0.4
 # Motions under loads are followed up to so many times what damping allows, or the linear motion.
-_BOUND, _MOST = 3.0, 1e4
+_BOUND, _MOST, _DEPENDENT = 3.0, 1e4, 1e-9
 # Speeds at which motions are started in time, how far out beside the known motion, how many each.
 _SPEEDS, _SIZES, _EACH = 12, (1.0, 3.0, 10.0), 4
 # Motions that differ by less than this part are one.
@@ -133,7 +133,8 @@ def raised(forced: ForcedSystem, speed_rad_s: float) -> Iterator[Point]:
         return
     size = float(np.abs(linear.motion_m).max())
     dynamic = linear.stiffness_n_per_m
-    damped = float(la.eigvalsh(0.5j * (dynamic.conj().T - dynamic))[0])
+    moved = la.orth(forced.motion, _DEPENDENT)  # joints at one place move alike
+    damped = float(la.eigvalsh(moved.T @ (0.5j * (dynamic.conj().T - dynamic)) @ moved)[0])
     load = float(la.norm(dynamic @ linear.motion_m[1]))
     allowed = _BOUND * load / damped if damped > 0.0 else np.inf
     course = Course(
@@ -166,7 +167,7 @@ def _linear(forced: ForcedSystem, speed_rad_s: float) -> _Linear:
         la.solve(eye - shift * receptance, free, check_finite=False)
         for shift, receptance, free in zip(shifts, part.receptance, part.free_m, strict=True)
     ]
-    return _Linear(np.array(motion), la.inv(part.receptance[1]) - shifts[1] * eye)
+    return _Linear(np.array(motion), la.pinv(part.receptance[1]) - shifts[1] * eye)
 
 
 def in_time(
