@@ -27,7 +27,6 @@ _TURN = 0.94
 # How far behind a corner of a branch, where a gap closes all along an orbit, the next motion is;
 # how far before it the way there is taken from, and the angle by which it must leave that way.
 _REACHES, _BEFORE, _BACK = (1e-5, 1e-4, 1e-3), 1e-4, 0.02
-_MOST_POINTS = 3000
 # Part of the largest motion of a branch so far that lengths are measured with at least.
 _SMALL = 0.3
 # Motions of a closed branch at least, and how far beside a step its beginning may lie.
@@ -48,7 +47,7 @@ class Course:
 
     `equations`: of the motions; `low`, `high`: range of the parameter; `unit`: of the parameter;
     `longest`: step; `size_m`: of motions, least; `bound_m`: up to which motions are followed;
-    `turns`: of the unbalance after which they repeat.
+    `turns`: of the unbalance after which they repeat; `most`: points.
     """
 
     equations: Equations
@@ -59,6 +58,7 @@ class Course:
     size_m: float
     bound_m: float
     turns: int = 1
+    most: int = 3000
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -113,7 +113,7 @@ def follow(course: Course, start: Point, sense: float) -> Branch:
     points, step = [here], _FIRST
     if not course.low < start.parameter + sense * _TURNED * course.unit < course.high:
         return Branch((here,))
-    while len(points) < _MOST_POINTS:
+    while len(points) < course.most:
         size = float(np.abs(here.point.motion_m).max())
         largest = max(largest, size)
         if size > course.bound_m:

@@ -62,7 +62,7 @@ from solidwhirl.rotordyn.response.unbalance import Unbalance
 # turns at least, and at most in all.
 _LADDER, _FEWEST, _MOST = (1, 3, 7, 15, 31, 63), 3, 126
 # Longest step along a branch, and how far motions are followed beyond the largest start.
-_LONGEST, _GROWN = 0.025, 1e4
+_LONGEST, _GROWN = 0.025, 1e3
 # Motions that differ by less than this part are one.
 _SAME = 3e-3
 # Motions of a branch at which more harmonics are tried, beside turning points; starts before.

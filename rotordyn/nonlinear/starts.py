@@ -34,6 +34,8 @@ _ANGLES, _SOME, _ISOTROPIC = (0.7, 1.6, 2.5, 3.7, 5.0), 20, 1e-9
 _BETWEEN, _HARMONICS, _LONGEST = 6, 3, 0.4
 # Motions under loads are followed up to so many times what damping allows, or the linear motion.
 _BOUND, _MOST, _DEPENDENT = 3.0, 1e4, 1e-9
+# and up to 1000 times the loads, and so many of them: in films no other bound is reached.
+_HEAVY, _POINTS = float(np.arcsinh(1e3)), 150
 # Speeds at which motions are started in time, how far out beside the known motion, how many each.
 _SPEEDS, _SIZES, _EACH = 12, (1.0, 3.0, 10.0), 4
 # Motions that differ by less than this part are one.
@@ -139,10 +141,11 @@ def raised(forced: ForcedSystem, speed_rad_s: float) -> Iterator[Point]:
     allowed = _BOUND * load / damped if damped > 0.0 else np.inf
     course = Course(
         equations=equations,
-        low=-np.inf,
-        high=np.inf,
+        low=-_HEAVY,
+        high=_HEAVY,
         unit=1.0,
         longest=_LONGEST,
+        most=_POINTS,
         size_m=0.03 * size,
         bound_m=max(min(allowed, _MOST * size), 10.0 * size),
     )
