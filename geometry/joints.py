@@ -41,15 +41,21 @@ class Joint:
             raise GeometryError(
                 f"{where}: interference_m and pressure_pa are both given; keep one of them"
             )
-        if given == (None, None, None):
-            raise GeometryError(
-                f"{where}: nothing says how it joins; give stiffness_n_per_m3, interference_m or "
-                "pressure_pa"
-            )
         require_finite(where, *(v for v in given[1:] if v is not None), *(given[0] or ()))
         if self.over_m is not None and self.over_m[1] <= self.over_m[0]:
             raise GeometryError(
                 f"{where}: over_m is {list(self.over_m)}; the end must lie beyond the start"
+            )
+
+    def refuse_untold(self) -> None:
+        """Refuse a joint of which nothing says how it joins; of a drawing its overlap may.
+
+        Raises GeometryError.
+        """
+        if self.stiffness_n_per_m3 is None and not self.is_pressed:
+            raise GeometryError(
+                f"{self.where}: nothing says how it joins; give stiffness_n_per_m3, "
+                "interference_m or pressure_pa"
             )
 
     @property

@@ -220,6 +220,8 @@ class Body:
                     f"which does not exist; known: {', '.join(known) or 'none'}"
                 )
         self._check_features(where)
+        for joint in self.joints:
+            joint.refuse_untold()
         if not (math.isfinite(self.fillet_radius_m) and self.fillet_radius_m >= 0.0):
             raise GeometryError(
                 f"{where}: fillet radius is {self.fillet_radius_m} m, must be finite and not "

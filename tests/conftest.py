@@ -6,11 +6,16 @@ import sys
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 sys.path.append(str(Path(__file__).parent))  # helpers of the tests can be imported
 from shapes import body, plane, section, shaft_and_disk
 
 from solidwhirl.geometry import Material
+
+# how long a draw takes depends on what else the machine does
+settings.register_profile("suite", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("suite")
 
 
 @pytest.fixture(scope="session")

@@ -3,9 +3,14 @@
 set -eu
 cd "$(dirname "$0")/.."
 
-# Times and last digits hang on numpy, scipy and numba; ROSS 2.3.0 does not load with plotly 7.
-PACKAGES="ross-rotordynamics==2.3.0 numpy==2.4.6 scipy==1.17.1 numba==0.68.1 plotly==6.9.0"
 PYTHON=/usr/bin/python3
+# The newest ROSS that this Python can have: 3.1 needs 3.13 (Debian 13). Times and last digits hang
+# on numpy, scipy and numba; ROSS 2.3.0 does not load with plotly 7.
+if $PYTHON -c 'import sys; sys.exit(sys.version_info < (3, 13))'; then
+    PACKAGES="ross-rotordynamics==3.1.0 numpy==2.5.5 scipy==1.18.1 numba==0.68.1 plotly==7.1.0"
+else
+    PACKAGES="ross-rotordynamics==2.3.0 numpy==2.4.6 scipy==1.17.1 numba==0.68.1 plotly==6.9.0"
+fi
 STAMP=.venv-ross/.installed
 
 [ "$(cat $STAMP 2>/dev/null)" != "$PACKAGES" ] || exit 0

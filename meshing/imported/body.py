@@ -10,8 +10,14 @@ import scipy
 from solidwhirl.geometry import RigidDisk
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.imported import measures, sectors
+from solidwhirl.meshing.imported.fitted import fitted_mesh
 from solidwhirl.meshing.imported.formats.files import read_mesh_file
-from solidwhirl.meshing.imported.groups import cell_materials, interface_facets, volume_groups
+from solidwhirl.meshing.imported.groups import (
+    cell_materials,
+    interface_facets,
+    sections_of,
+    volume_groups,
+)
 from solidwhirl.meshing.imported.masses import nodal_masses
 from solidwhirl.meshing.imported.records import (
     FileMesh,
@@ -25,6 +31,7 @@ from solidwhirl.meshing.imported.split import as_tetrahedra
 from solidwhirl.meshing.imported.surface import faces_of, place_text, refuse_unjoined
 from solidwhirl.meshing.own.meridian import checked_quality, compact
 from solidwhirl.meshing.own.prediction import PredictedMesh
+from solidwhirl.meshing.own.revolved import unfolded
 from solidwhirl.meshing.records import FloatArray, IntArray, Mesh, MeshSize, Sector
 
 #: What a turning body may be off a body of revolution, see `Roundness`; and its interfaces.
@@ -55,6 +62,8 @@ def mesh_from_file(request: MeshRequest, name: str) -> Mesh:
 def mesh_of(found: FileMesh, request: MeshRequest, name: str) -> Mesh:
     """Make the mesh of a body of what a file holds."""
     found = replace(found, points=on_axis(found.points, request))
+    if request.joints:
+        return fitted_mesh(found, request, name)
     if request.sectors is not None:
         parts = tuple(group for group, _ in request.materials)
         found = sectors.one_sector(found, request.sectors, parts)
@@ -76,7 +85,7 @@ def mesh_of(found: FileMesh, request: MeshRequest, name: str) -> Mesh:
     else:
         sector = Sector(count=request.sectors, mirrored=False)
         points, faces, quality = sectors.joined_sector(points, cells, faces, sector.count, where)
-    section, names = _sections(groups, len(cells))
+    section, names = sections_of(groups, len(cells))
     shortest, longest = edge_lengths(points, cells)
     nodes, masses = nodal_masses(found, request, points, shortest)
     surface = np.unique(faces.nodes[faces.outside][:, :3])
@@ -105,21 +114,6 @@ def _with_margins(request: MeshRequest) -> tuple[MeshInterface, ...]:
     if request.step is None:
         return request.interfaces
     return tuple(replace(i, margin=_CUT_EXACTLY) for i in request.interfaces)
-
-
-def _sections(groups: dict[str, IntArray], count: int) -> tuple[IntArray, tuple[str, ...]]:
-    """First group of every cell, as the sections of the mesh."""
-    section = np.full(count, -1, dtype=np.int64)
-    names: list[str] = []
-    for name, cells in groups.items():
-        own = cells[section[cells] < 0]
-        if len(own):
-            section[own] = len(names)
-            names.append(name)
-    if (section < 0).any():
-        section[section < 0] = len(names)
-        names.append("other" if names else "body")
-    return section, tuple(names)
 
 
 def edge_lengths(points: FloatArray, cells: IntArray) -> tuple[float, float]:
@@ -159,7 +153,11 @@ def body_of_mesh(
     """
     if request.shape == "asymmetric":
         _refuse_beside(name, mesh)
-    outside = sectors.outer_facets(mesh.points, mesh.cells, request.sectors)
+    expected = counts_of(mesh)
+    if mesh.sector is not None and mesh.sector.mirrored:
+        mesh = unfolded(mesh)
+    count = None if mesh.sector is None else mesh.sector.count
+    outside = sectors.outer_facets(mesh.points, mesh.cells, count)
     placed = tuple(
         measures.measured(_placed(i, mesh, request), mesh, outside) for i in _with_margins(request)
     )
@@ -169,15 +167,15 @@ def body_of_mesh(
         _refuse_uneven(name, round_to)
         if len(_beside_axis(mesh)):
             raise MeshingError(
-                f"body {name!r} has point masses off its axis: it does not bend alike in all "
-                'directions; say symmetry = "none", or sectors'
+                f"body {name!r} has point masses off its axis: it is asymmetric; "
+                'say symmetry = "none", or sectors'
             )
     return MeshedBody(
         name=name,
         request=request,
         interfaces=placed,
         rigid_disks=rigid_disks,
-        expected=counts_of(mesh),
+        expected=expected,
         shortest_m=mesh.size.corner_size_m,
         longest_m=mesh.size.size_m,
         length_m=float(np.ptp(mesh.points[:, 2])),
@@ -228,8 +226,8 @@ def _refuse_uneven(name: str, found: Roundness) -> None:
         f"the radius of gyration (allowed {limits['static_unbalance']:g}), uneven mass "
         f"{values['uneven_mass']:.2g} (allowed {limits['uneven_mass']:g}), surface off "
         f"by {values['surface']:.2g} of its radius when turned (allowed {limits['surface']:g}). If "
-        "it consists of 3 or more equal sectors, say how many (sectors); if it is to bend unlike "
-        'in two planes, say symmetry = "none"; else leave blades and details out of the mesh and '
+        "it consists of 3 or more equal sectors, say how many (sectors); if it is meant to be "
+        'asymmetric, say symmetry = "none"; else leave blades and details out of the mesh and '
         "give their mass as rigid_disks, or check axis.origin and axis.direction"
     )
 

@@ -78,6 +78,21 @@ def cell_materials(
     return out, tuple(materials)
 
 
+def sections_of(groups: dict[str, IntArray], count: int) -> tuple[IntArray, tuple[str, ...]]:
+    """Return the first group of every cell, as the sections of a mesh."""
+    section = np.full(count, -1, dtype=np.int64)
+    names: list[str] = []
+    for name, cells in groups.items():
+        own = cells[section[cells] < 0]
+        if len(own):
+            section[own] = len(names)
+            names.append(name)
+    if (section < 0).any():
+        section[section < 0] = len(names)
+        names.append("other" if names else "body")
+    return section, tuple(names)
+
+
 def interface_facets(
     mesh: FileMesh,
     tetrahedra: Tetrahedra,

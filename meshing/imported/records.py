@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from solidwhirl.geometry import Body, Interface, Material, RigidDisk, symmetry
+from solidwhirl.geometry import Body, Interface, Joint, Material, RigidDisk, symmetry
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.own.prediction import PredictedMesh
 from solidwhirl.meshing.records import FloatArray, IntArray
@@ -131,6 +131,9 @@ class MeshRequest:
     sectors: int | None = None  #: Equal sectors N of a cyclic body, whose mesh is one; else None
     mass_unit_kg: float | None = None  #: Of the file's masses; None: goes with its unit of length
     step: StepSize | None = None  #: Sizes where the file is a geometry; None: it is a mesh
+    #: Between solids of a geometry, by their labels: it is of revolution, and meshed from its
+    #: meridian. One that says nothing has the interference that is drawn
+    joints: tuple[Joint, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -176,13 +179,18 @@ class MeshedBody:
     roundness: Roundness | None = None  #: None before it is made, or where any shape is allowed
     remarks: tuple[str, ...] = ()  #: What of its file was left out
 
+    @property
+    def joints(self) -> tuple[Joint, ...]:
+        """Between its solids, with the interference that is drawn."""
+        return self.request.joints
+
 
 #: A body from a profile or from a file, and an interface of it.
 AnyBody = Body | MeshedBody
 
 
 def is_asymmetric(body: AnyBody) -> bool:
-    """Whether a body turns and bends unlike in two planes."""
+    """Whether a body turns and is asymmetric."""
     if isinstance(body, MeshedBody):
         return body.request.shape == "asymmetric"
     return symmetry(body) == "asymmetric"

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import gmsh
 import numpy as np
@@ -46,7 +47,7 @@ def mesh_meridian(body: Body, size: MeshSize, local: LocalSize | None = None) ->
         curves = [element_blocks([tag], LINE3, numbering)[0] for tag in drawing.curves]
     cells, points, used = compact(points[:, [2, 0]], cells)
     points[np.abs(points[:, 1]) < 1e-12 * np.abs(points).max(), 1] = 0.0
-    cells = _counterclockwise(points, cells)
+    cells = counterclockwise(points, cells)
     points, quality = checked_quality(points, cells, "meridian")
     mesh = Mesh(
         points=points,
@@ -63,19 +64,34 @@ def mesh_meridian(body: Body, size: MeshSize, local: LocalSize | None = None) ->
         size=size,
         quality=quality,
     )
-    return _parted(mesh, subdivision, [used[facets] for facets in curves])
+    curves = [used[facets] for facets in curves]
+    seats = [
+        Seat(
+            sections=face.sections,
+            facets=np.vstack([curves[c] for c in face.curves]),
+            carrying=np.vstack([curves[c] for c in face.seat]),
+        )
+        for face in subdivision.joints
+    ]
+    return parted_mesh(mesh, seats)
 
 
-def _parted(mesh: Mesh, subdivision: Subdivision, curves: list[IntArray]) -> Mesh:
-    """Double the nodes on the faces of joints; `curves`: facets of every curve."""
-    if not subdivision.joints:
+class Seat(NamedTuple):
+    """The common face of two sections that a joint parts, as facets of the mesh."""
+
+    sections: tuple[int, int]
+    facets: IntArray  #: (f, 3) all of it
+    carrying: IntArray  #: (g, 3) what carries
+
+
+def parted_mesh(mesh: Mesh, joints: Sequence[Seat]) -> Mesh:
+    """Double the nodes of a meridian on the faces of joints."""
+    if not joints:
         return mesh
-    faces = np.vstack([curves[c] for face in subdivision.joints for c in face.curves])
-    found = parted(mesh.cells, faces, len(mesh.points))
+    found = parted(mesh.cells, np.vstack([joint.facets for joint in joints]), len(mesh.points))
     seats = []
-    for face in subdivision.joints:
-        carrying = np.vstack([curves[c] for c in face.seat])
-        sides = [found.facets(carrying, mesh.cell_section, s) for s in face.sections]
+    for joint in joints:
+        sides = [found.facets(joint.carrying, mesh.cell_section, s) for s in joint.sections]
         seats.append(np.stack(sides, axis=1))
     return replace(
         mesh,
@@ -143,7 +159,7 @@ def element_blocks(
     return np.vstack(rows), np.concatenate(owner)
 
 
-def _counterclockwise(points: FloatArray, cells: IntArray) -> IntArray:
+def counterclockwise(points: FloatArray, cells: IntArray) -> IntArray:
     """Turn the triangles so that (z, r) is positively oriented."""
     signed = doubled_areas(points[cells[:, :3]])
     flipped = cells.copy()

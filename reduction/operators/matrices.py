@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import ufl
 
-from solidwhirl.geometry import Body
 from solidwhirl.meshing import Mesh, Sector
 from solidwhirl.meshing.imported.records import AnyBody
 from solidwhirl.reduction.errors import ReductionError
@@ -158,7 +157,7 @@ def build_operators(
     space = compat.vector_space(domain, degree, 3)
     coupling = couple(space, kin, facet_tags, body.interfaces, effects.components, effects.shape)
     joints = Settled()
-    if isinstance(body, Body) and body.joints:
+    if body.joints:
         own: tuple[Any, forms.Medium, Any] = (space, matter, facet_tags)
         meridian = own if dimension == 2 else _meridian_of(mesh, degree, comm)
         found = settle(*meridian, body.joints, materials, effects.maximum_speed_rad_s, order or 0)

@@ -230,11 +230,11 @@ def assemble(
     `Bearing.cross_coupling` for shafts that turn backward. Raises AssemblyError if names,
     components or shapes do not fit; all faults are listed at once.
     """
-    uneven = [name for name, rotor in rotors.items() if rotor.element.frame == "rotating"]
-    if uneven:
+    asymmetric = [name for name, rotor in rotors.items() if rotor.element.frame == "rotating"]
+    if asymmetric:
         raise AssemblyError(
             (
-                f"rotors {uneven} bend unlike in two planes: in fixed axes their matrices change "
+                f"rotors {asymmetric} are asymmetric: in fixed axes their matrices change "
                 "with the angle; `asymmetric.assemble_rotating` puts them together",
             )
         )

@@ -1,4 +1,4 @@
-"""Assembly of engines with bodies that bend unlike in two planes, in the frame of these.
+"""Assembly of engines with asymmetric bodies, in the frame of these.
 
 Coordinates of every body of revolution turn with the frame too, q_fixed = e^{θL} q, which leaves
 its matrices constant, and those of an asymmetric body are constant there as they are. A body at
@@ -125,7 +125,7 @@ def assemble_rotating(
     reference: str | None = None,
     gears: tuple[Gear, ...] = (),
 ) -> RotatingSystem:
-    """Assemble an engine of which one or more bodies, on one speed, bend unlike in two planes.
+    """Assemble an engine of which one or more bodies, on one speed, are asymmetric.
 
     Arguments as of `assemble`. Raises AssemblyError: as there; no such body, or two that turn at
     different speeds; a rigid joint that holds one direction of what turns, or joins it to a body at
@@ -172,7 +172,7 @@ def _frame_ratio(system: System) -> float:
     """Speed ratio of the asymmetric bodies."""
     ratios = {n: r.speed_ratio for n, r in system.rotors.items() if r.element.frame == "rotating"}
     if not ratios:
-        raise AssemblyError(("no body bends unlike in two planes; `assemble` is for these",))
+        raise AssemblyError(("no body is asymmetric; `assemble` is for these",))
     still = [name for name, ratio in ratios.items() if ratio == 0]
     if still:
         raise AssemblyError((f"rotors {still} stand still; reduce them as bodies of any shape",))
@@ -181,7 +181,7 @@ def _frame_ratio(system: System) -> float:
         if not _same_ratio(other, ratio):
             raise AssemblyError(
                 (
-                    f"rotors {first!r} and {name!r} bend unlike in two planes and turn at "
+                    f"rotors {first!r} and {name!r} are asymmetric and turn at "
                     f"{ratio:g} and {other:g} times the reference speed: no frame leaves both "
                     "constant, and their matrices have no common period; reduce one of them as a "
                     "body of revolution, the one that is nearer to it, and then the other",
@@ -243,8 +243,8 @@ def _refuse_half_held(system: System, turned: frozenset[str]) -> None:
                 )
             if held and sides == {True, False}:
                 problems.append(
-                    f"bearing {bearing.name!r} joins {held} rigidly, of a body that turns and one "
-                    "at rest that is not the same in all directions; give it a stiffness"
+                    f"bearing {bearing.name!r} joins {held} rigidly, of a body that turns and an "
+                    "anisotropic one at rest; give it a stiffness"
                 )
     if problems:
         raise AssemblyError(tuple(problems))
@@ -352,7 +352,7 @@ def _laws(found: RotatingSystem, bearing: Bearing) -> Iterator[TurnedLaw]:
     if bearing.sensor is not None:
         raise AssemblyError(
             (
-                f"bearing {bearing.name!r}: beside a body that bends unlike in two planes the "
+                f"bearing {bearing.name!r}: beside an asymmetric body the "
                 "sensors of a magnetic bearing must be at its magnets",
             )
         )

@@ -40,12 +40,40 @@ class Attached(NamedTuple):
     diametral_kg_m2: float
 
 
+class Mean(NamedTuple):
+    """Surfaces of an interface at the nodes under it: area, and its second moment about y.
+
+    The interface at `leader` follows their displacements, fitted by least squares over the area.
+    """
+
+    leader: int
+    nodes: tuple[int, ...]
+    area_m2: tuple[float, ...]
+    second_m4: tuple[float, ...]
+
+    def rows(self, z_m: FloatArray, family: Family) -> FloatArray:
+        """Return the motion of the interface in that of the nodes, (step, nodes · step)."""
+        area, second = np.array(self.area_m2), np.array(self.second_m4)
+        if family != "lateral":
+            weight = area if family == "axial" else second
+            return np.asarray(weight[None, :] / weight.sum())
+        arm = z_m[list(self.nodes)] - z_m[self.leader]
+        moved = np.column_stack((area, area * arm))
+        tilted = np.column_stack((0.0 * second, second))
+        gram = np.column_stack((moved.sum(axis=0), arm @ moved + tilted.sum(axis=0)))
+        return np.linalg.solve(gram, np.stack((moved, tilted), axis=1).reshape(-1, 2).T)
+
+
 class BeamNodes(NamedTuple):
-    """Places of the nodes, (N,), m; those of the interfaces; (node, leader) of rigid pieces."""
+    """Places of the nodes, (N,), m; those of the interfaces; (node, leader) of rigid pieces.
+
+    Interfaces that are not named in `means` move as their node.
+    """
 
     z_m: FloatArray
     interfaces: tuple[int, ...]
     ties: tuple[tuple[int, int], ...] = ()
+    means: tuple[Mean, ...] = ()
 
 
 class FamilyMatrices(NamedTuple):
@@ -176,7 +204,13 @@ def _tied(nodes: BeamNodes, size: int, family: Family) -> tuple[FloatArray, IntA
         tie[own, own], tie[own, first] = 0.0, 1.0
         if family == "lateral":
             tie[own[0], first[1]] = nodes.z_m[node] - nodes.z_m[leader]
-    return tie[:, kept], kept
+    tie, means = tie[:, kept], np.eye(size)
+    for mean in nodes.means:
+        own = node_rows([mean.leader], family)
+        means[own] = 0.0
+        at = np.ix_(own, node_rows(mean.nodes, family))
+        np.add.at(means, at, mean.rows(nodes.z_m, family))  # a node may be there twice
+    return np.asarray(np.linalg.solve((means @ tie)[kept].T, tie.T).T), kept
 
 
 def _without_rigid_part(condensed: FloatArray, rigid: FloatArray) -> FloatArray:

@@ -14,7 +14,6 @@ from typing import NamedTuple
 import numpy as np
 
 from solidwhirl.rotordyn.bearings.elements import (
-    Contacts,
     ElementForces,
     centrifugal_load_n,
     element_problems,
@@ -133,14 +132,14 @@ class BallBearing:
 
     def contacts(
         self, moved: FloatArray, centrifugal_n: FloatArray, near: FloatArray | None = None
-    ) -> Contacts:
-        """Return what the balls do at motions (b, N, 2) of the ring at them, see `Contacts`."""
+    ) -> ElementForces:
+        """Return what the balls do at motions (b, N, 2) of the ring at them."""
         centres = (self._free_centre() + moved).reshape(-1, 2)
         own = np.repeat(centrifugal_n, moved.shape[1])
         start = None if near is None else near.reshape(-1, 2)
         inner, outer, stiffness, angles, place, gap = _balls(self, centres, own, start)
         at = moved.shape[:2]
-        return Contacts(
+        return ElementForces(
             force=inner.reshape(moved.shape),
             stiffness=stiffness.reshape(*at, 2, 2),
             inner_load_n=np.hypot(*inner.T).reshape(at),

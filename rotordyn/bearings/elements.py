@@ -13,31 +13,16 @@ from solidwhirl.rotordyn.core.arrays import FloatArray
 RING_MOTIONS = 7
 
 
-class Contacts(NamedTuple):
-    """Forces of N elements on a ring along their own directions, and what makes them.
-
-    `force`: (b, N, r); `stiffness`: (b, N, r, r), or (b, N, r) where the directions are
-    independent; `inner_load_n`, `outer_load_n`: on the two races; `inner_angle_rad`,
-    `outer_angle_rad`: contact angles, (b, N) each; `gap_m`: smooth, and of another sign on either
-    side of a corner of the forces, such as the loss of contact, (b, g); `place`: where balls are,
-    to begin the next search from, (b, N, 2).
-    """
-
-    force: FloatArray
-    stiffness: FloatArray
-    inner_load_n: FloatArray
-    outer_load_n: FloatArray
-    inner_angle_rad: FloatArray
-    outer_angle_rad: FloatArray
-    gap_m: FloatArray
-    place: FloatArray
-
-
 class ElementForces(NamedTuple):
-    """What the rolling elements do at motions (b, 7) of the ring and its rows.
+    """Forces of rolling elements, and what makes them.
 
-    `force`: needed to hold them there, N and N m, (b, 7); `stiffness`: its derivative, (b, 7, 7);
-    the others as of `Contacts`.
+    Of each of N elements, along its r own directions: `force`: (b, N, r); `stiffness`: (b, N, r,
+    r), or (b, N, r) where the directions are independent. Of all of them, at motions of the ring
+    and its rows: `force` that is needed to hold them there, N and N m, (b, 7); `stiffness`, its
+    derivative, (b, 7, 7). In both cases `inner_load_n`, `outer_load_n`: on the two races;
+    `inner_angle_rad`, `outer_angle_rad`: contact angles, (b, N) each; `gap_m`: smooth, and of
+    another sign on either side of a corner of the forces, such as the loss of contact, (b, g);
+    `place`: where balls are, to begin the next search from, (b, N, 2).
     """
 
     force: FloatArray
@@ -62,10 +47,10 @@ class Elements(Protocol):
 
     def contacts(
         self, moved: FloatArray, centrifugal_n: FloatArray, near: FloatArray | None
-    ) -> Contacts:
-        """Return forces at motions (b, N, r) of the ring at the elements, thrown outward (b,).
+    ) -> ElementForces:
+        """Return the forces of each element at motions (b, N, r) of the ring there.
 
-        `near`: `place` of a state nearby.
+        `centrifugal_n`: that presses an element outward, (b,); `near`: `place` of a state nearby.
         """
 
 
@@ -90,7 +75,7 @@ def element_forces(
     centrifugal_n: FloatArray,
     near: FloatArray | None = None,
 ) -> ElementForces:
-    """Return what alike rows of elements do.
+    """Return what all elements of equal rows do together.
 
     `rows`: `row_motion` of each; `motion`: (b, 7); `position`: angle of the first element of each
     row from +x, (b,); `centrifugal_n`: that presses an element outward, (b,);
@@ -104,10 +89,9 @@ def element_forces(
         found.stiffness @ seen if found.stiffness.ndim == 4 else found.stiffness[..., None] * seen
     )
     flat = seen.reshape(len(motion), -1, RING_MOTIONS)
-    return ElementForces(
+    return found._replace(
         force=np.einsum("bki,bk->bi", flat, found.force.reshape(len(motion), -1)),
         stiffness=flat.swapaxes(1, 2) @ pushed.reshape(flat.shape),
-        **{name: getattr(found, name) for name in Contacts._fields[2:]},
     )
 
 

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from solidwhirl.rotordyn.bearings.elements import (
-    Contacts,
     ElementForces,
     centrifugal_load_n,
     element_problems,
@@ -110,8 +109,8 @@ class RollerBearing:
 
     def contacts(
         self, moved: FloatArray, centrifugal_n: FloatArray, near: FloatArray | None = None
-    ) -> Contacts:
-        """Return what the rollers do at motions (b, N, slices) of the ring, see `Contacts`."""
+    ) -> ElementForces:
+        """Return what the rollers do at motions (b, N, slices) of the ring."""
         approach = moved - 0.5 * self.radial_clearance_m
         c = 2.0**_POWER * self.stiffness_n_per_m109 / _SLICES
         own = (centrifugal_n / _SLICES)[:, None, None]
@@ -119,7 +118,7 @@ class RollerBearing:
         load = c * inner**_POWER
         outer = ((load + own) / c) ** (1.0 / _POWER)
         total, zero = load.sum(axis=2), np.zeros(moved.shape[:2])
-        return Contacts(
+        return ElementForces(
             force=load,
             stiffness=_in_series(inner, outer) * _POWER * c,
             inner_load_n=total,

@@ -16,7 +16,7 @@ def refuse_rotating(element: Superelement) -> None:
     """
     if element.frame == "rotating":
         raise SuperelementError(
-            f"superelement {element.name!r} bends unlike in two planes: its matrices are those of "
+            f"superelement {element.name!r} is asymmetric: its matrices are those of "
             "the frame that turns with it, and the format means the inertial frame, where they "
             "change with the angle; allowed are formats with a moving frame, and the superelement "
             "file itself"

@@ -1,4 +1,4 @@
-"""Charts of rotors that bend unlike in two planes: lines in two frames, motion by multiples."""
+"""Charts of asymmetric rotors: lines in two frames, motion by multiples."""
 
 from __future__ import annotations
 

@@ -62,7 +62,7 @@ def parts_chart(errors: CampbellErrors) -> charts.Chart:
         name="campbell-errors",
         title="Estimated errors over the speed",
         x=charts.speed_axis(float(rpm.min()), float(rpm.max())),
-        y=_decades("estimated relative error, largest of all branches", errors.known, errors.parts),
+        y=_decades("largest estimated relative error", errors.known, errors.parts),
         parts=curves,
         height_px=330,
     )

@@ -320,7 +320,7 @@ def _number(axes: Axes, curves: Sequence[charts.Curve]) -> None:
         )  # fmt: skip
     if written and axes.get_yscale() == "log":  # room above
         low, high = axes.get_ylim()
-        axes.set_ylim(low, high * (high / low) ** 0.15)
+        axes.set_ylim(low, high * (high / low) ** 0.2)
 
 
 def _draw_span(axes: Axes, span: charts.Span) -> None:

@@ -184,7 +184,7 @@ class Engine:
 
     #: The assembled engine and its Campbell diagram
     system: AssembledSystem
-    #: The engine in the frame of bodies that bend unlike in two planes; None without one
+    #: The engine in the frame of asymmetric bodies; None without one
     rotating: RotatingSystem | None
     diagram: Campbell
     #: Of pictures

@@ -80,7 +80,8 @@ def lead_case(
             return row_of_document(case, document, time.monotonic() - start, team.size), None
     except Exception as error:
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0**2
-        row = failed_row(case, failure_text(error), time.monotonic() - start, team.size, peak)
+        seconds = time.monotonic() - start
+        row = failed_row(case, failure_text(error), seconds, team.size, peak, said=said)
         return row, error.with_traceback(None)
 
 

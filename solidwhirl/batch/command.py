@@ -22,7 +22,7 @@ from solidwhirl.console.terminal import duration_text, say
 from solidwhirl.core.machine import available_memory_gib
 from solidwhirl.files.run_folder import claimed
 from solidwhirl.sweep.cases import batch_cases
-from solidwhirl.sweep.records import BatchRow
+from solidwhirl.sweep.records import BatchRow, distinct_warnings
 
 #: Exit codes: a case failed; all came out, but an invariant of one is violated.
 FAILED, CHECKS_FAILED = 1, 3
@@ -42,8 +42,8 @@ def batch_command(
     """Run all cases of scenes on the ranks of the job; every rank calls this.
 
     `ranks_per_scene`: size of a team. `slurm`: write a Slurm script to this file and run nothing.
-    `quiet`: say nothing but errors. `operating_rpm`: operating speeds of the reference shaft, in
-    pictures.
+    `quiet`: say nothing but errors and warnings. `operating_rpm`: operating speeds of the reference
+    shaft, in pictures.
     Returns rank 0's exit code: 0 all cases are done, 1 one failed, 3 one violates an invariant.
     Raises SceneError, OutputError: as `run_batch`, and for options that make no batch.
     """
@@ -96,6 +96,8 @@ def _coordinated(
         for row in found:
             if row.status != "done":
                 typer.echo(failure_line(row), err=True)
+    for text in distinct_warnings(found):
+        typer.secho(f"warning: {text}", fg="yellow", err=True)
     by_status = {s: sum(row.status == s for row in found) for s in ("failed", "checks_failed")}
     failed, bad = by_status.values()
     table = work.settings.out / TABLE

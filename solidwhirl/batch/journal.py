@@ -21,7 +21,7 @@ from solidwhirl.sweep.records import BatchRow
 
 SCHEMA = "solidwhirl-batch-1"
 #: What rows and tables of earlier releases do not have.
-LATER = {"critical_kind", "critical_motion", "campbell_motion", "method", "sweep_cases"}
+LATER = {"critical_kind", "critical_motion", "campbell_motion", "method", "sweep_cases", "warnings"}
 _ROW = TypeAdapter(BatchRow)
 
 
@@ -119,11 +119,6 @@ def salvaged_rows(folder: str | Path) -> tuple[tuple[BatchRow, ...], list[str]]:
             said = str(error) if isinstance(error, BatchTableError) else "is damaged"
             damaged.append(f"{path}: line {number}: {clean(said, 300)}")
     return tuple(rows.values()), damaged
-
-
-def in_order(rows: Iterable[BatchRow]) -> tuple[BatchRow, ...]:
-    """Return rows by scene and number of the case, whatever order they ended in."""
-    return tuple(sorted(rows, key=lambda row: (row.scene, len(row.case), row.case)))
 
 
 def row_document(row: BatchRow) -> dict[str, Any]:

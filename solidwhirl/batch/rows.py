@@ -7,7 +7,8 @@ from typing import Any, Literal
 
 from solidwhirl.analyses.base import largest_of
 from solidwhirl.analyses.registry import KINDS
-from solidwhirl.core.errors import clean
+from solidwhirl.console.summary import warning_texts
+from solidwhirl.core.errors import clean, one_line
 from solidwhirl.scene_checks.operating import critical_speeds_that_count
 from solidwhirl.sweep.records import BatchCase, BatchRow
 
@@ -31,9 +32,9 @@ def row_of_document(
         status=status,
         message="; ".join(
             [f"check failed: {c['where']}: {c['name']}" for c in failures]
-            + [alarm["message"] for alarm in document["verdict"]["alarms"]]
             + [f"not estimated: {n}" for n in document["verdict"]["accuracy"]["not_estimated"]]
         ),
+        warnings=tuple(one_line(text) for text in warning_texts(document)),
         seconds=seconds,
         peak_memory_gib=_number(document["peak_memory_gib"]),
         ranks=ranks,
@@ -57,13 +58,21 @@ def row_of_document(
 
 
 def failed_row(
-    case: BatchCase, message: str, seconds: float, ranks: int, peak_memory_gib: float
+    case: BatchCase,
+    message: str,
+    seconds: float,
+    ranks: int,
+    peak_memory_gib: float,
+    *,
+    said: Iterable[str] = (),
 ) -> BatchRow:
-    """Return the row of a case that came to nothing."""
+    """Return the row of a case that came to nothing; `said`: what its run told before."""
+    head = "warning: "
     return BatchRow(
         **_identity(case),
         status="failed",
         message=clean(message),
+        warnings=tuple(one_line(s).removeprefix(head) for s in said if s.startswith(head)),
         seconds=seconds,
         ranks=ranks,
         peak_memory_gib=peak_memory_gib,

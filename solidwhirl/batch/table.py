@@ -16,10 +16,10 @@ from solidwhirl.core.key_units import unit_of
 from solidwhirl.files.run_folder import JOURNAL
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.atomic import replacing
-from solidwhirl.sweep.records import BatchRow
+from solidwhirl.sweep.records import BatchRow, in_order
 
 TABLE = "table.h5"
-_TEXTS = ("case", "scene", "status", "message", "digest", "method")
+_TEXTS = ("case", "scene", "status", "message", "warnings", "digest", "method")
 _NUMBERS = ("seconds", "peak_memory_gib")
 _COUNTS = ("ranks", "sweep_cases")
 _CRITICAL = ("critical_speed_rpm", "critical_frequency_hz", "critical_error_estimate")
@@ -36,7 +36,8 @@ _ABOUT = {
     "case": ("", "name of the case and of its folder; one row for each, by scene and number"),
     "scene": ("", "name of the scene"),
     "status": ("", "done, failed (no results), checks_failed (results that violate an invariant)"),
-    "message": ("", "why, where it is not done"),
+    "message": ("", "why, where it is not done; bodies without an error estimate"),
+    "warnings": ("", "warnings of its run, one a line"),
     "digest": ("", "SHA-256 of the case and its options"),
     "method": ("", "how the sweep takes its values; empty without a sweep"),
     "sweep_cases": ("", "cases of the sweep; 0 without"),
@@ -71,7 +72,7 @@ def read_batch(folder: str | Path) -> tuple[BatchRow, ...]:
     """
     folder = Path(folder)
     if (folder / JOURNAL).exists():
-        return journal.in_order(journal.read_journal(folder))
+        return in_order(journal.read_journal(folder))
     if not (folder / TABLE).exists():
         raise BatchTableError(f"{folder}: has neither {JOURNAL} nor {TABLE}; it is no batch")
     return read_table(folder / TABLE)
@@ -85,7 +86,7 @@ def write_table(folder: str | Path) -> Path:
     written.
     """
     path = Path(folder) / TABLE
-    rows = journal.in_order(journal.read_journal(folder))
+    rows = in_order(journal.read_journal(folder))
     with writing(path), replacing(path) as temporary, h5py.File(temporary, "w") as file:
         _write(file, rows)
     return path
@@ -112,6 +113,7 @@ def _write(file: Any, rows: Sequence[BatchRow]) -> None:
     file.attrs["schema"] = SCHEMA
     # texts with what JSON can not have escaped, as in the journal
     documents = [journal.row_document(row) for row in rows]
+    documents = [{**d, "warnings": "\n".join(d["warnings"])} for d in documents]
     for key in _TEXTS:
         _put_texts(file, key, [document[key] for document in documents])
     for key in _NUMBERS:
@@ -202,6 +204,7 @@ def _read(file: Any) -> tuple[BatchRow, ...]:
         critical, speeds, branches = (int(columns[key][k]) for key in _COUNTED)
         document: dict[str, Any] = {"schema": SCHEMA}
         document |= {key: columns[key][k] for key in texts}
+        document["warnings"] = document.get("warnings", "").splitlines()
         document |= {key: columns[key][k].item() for key in (*counts, *_NUMBERS)}
         for key in (*_CRITICAL, *critical_words):
             document[key] = columns[key][k, :critical].tolist()

@@ -138,7 +138,8 @@ def _edges(layout: Layout, index: int, roots: RootRule) -> tuple[Edge | None, Ed
         if place is not None and roots == "rigid":
             return Edge(root=np.inf)
         if place is not None:
-            return Edge(root=plates.root_stiffness(layout.skeleton, cell, place))
+            held = layout.skeleton, cell, place
+            return Edge(root=plates.root_stiffness(*held), hoop=plates.hoop_stiffness(*held))
         return Edge(root=None, rigid=rigid) if node >= 0 else None
 
     return (

@@ -12,7 +12,7 @@ import numpy as np
 from solidwhirl.beams.assembly import Pieces, PlateBlock, assembled_family, pieces_of, plate_blocks
 from solidwhirl.beams.error import VARIANTS, Variant
 from solidwhirl.beams.moments import family_rings
-from solidwhirl.beams.nodes import Layout, layout_of
+from solidwhirl.beams.nodes import Layout, decay_length_m, layout_of
 from solidwhirl.beams.profile import BeamLevelError
 from solidwhirl.beams.sections import SPREADS
 from solidwhirl.geometry import Body, Interface, mass_properties
@@ -27,6 +27,8 @@ _LATERAL: tuple[Component, ...] = ("ux", "uy", "rx", "ry")
 _MATRICES = ("mass", "stiffness", "gyroscopic", "stress_stiffening", "spin_softening")
 #: Fixed-interface modes kept in each plane unless the caller says so.
 MODES = 24
+# What is left of a short rigid piece, of its length.
+_LEFT = 0.05
 
 
 def beam_element_of(
@@ -40,9 +42,10 @@ def beam_element_of(
 
     Columns are Timoshenko beams on the axis, several at one place where a drum surrounds a shaft.
     Disks and webs are Mindlin plates in circumferential order 1 (0 for axial motion and torsion)
-    with a rigid circle where they meet a beam. Rigid interfaces hold the whole cross-section
-    between their planes. Centrifugal stiffness: that of plates, under their own load and that of
-    the rings that hold them; drums and cones have none.
+    with a rigid circle where they meet a solid beam; thin walls stretch there. Rigid interfaces
+    hold the whole cross-section between their planes, distributing ones follow the beam along
+    their surface. Centrifugal stiffness: that of plates, under their own load and that of the
+    rings that hold them; drums and cones have none.
 
     Parameters
     ----------
@@ -90,33 +93,31 @@ def beam_variants(
         if variant.centrifugal_rule == "none":
             zero = np.zeros_like(nominal.mass)
             yield replace(nominal, stress_stiffening=zero, spin_softening=zero)
-        elif variant.seat_rule == "other":
-            yield _with_other_seats(body, components, modes) or nominal
         else:
-            yield _element(body, _model(body, layout, components, variant, modes), ())
+            own = _blurred(body, layout) if variant.seat_rule == "blurred" else layout
+            yield _element(body, _model(body, own, components, variant, modes), ())
 
 
-def _with_other_seats(
-    body: Body, components: Sequence[Component], modes: int | None
-) -> Superelement | None:
-    """The body with rigid seats for those that are none, and the reverse.
+def _blurred(body: Body, layout: Layout) -> Layout:
+    """The layout with the ends of all seats elsewhere, by what a beam knows of their place.
 
-    None where there is none along the axis, or rigid ones would meet.
+    Distributing ones, and rigid planes, reach further; rigid pieces are shorter.
     """
-    seats = [
-        replace(i, coupling="distributing" if i.coupling == "rigid" else "rigid")
-        if i.end_m > i.start_m
-        else i
-        for i in body.interfaces
-    ]
-    other = replace(body, interfaces=tuple(seats))
-    try:
-        layout = _layout(other, components, None)
-    except BeamLevelError:
-        return None
-    if layout.ties == _layout(body, components, None).ties:
-        return None
-    return _element(body, _model(other, layout, components, VARIANTS[0], modes), ())
+    seats = []
+    for interface, node in zip(body.interfaces, layout.interfaces, strict=True):
+        owners = [e.column for e in layout.elements if node in e.nodes]
+        if interface.coupling != "rigid" or not owners:
+            seats.append(interface)
+            continue
+        column = layout.skeleton.columns[owners[0]]
+        middle, length = interface.position_m[2], interface.end_m - interface.start_m
+        left = max(length - 2.0 * decay_length_m(column, middle), _LEFT * length)
+        start, end = middle - 0.5 * left, middle + 0.5 * left
+        if left > 0.0:
+            seats.append(replace(interface, start_m=start, end_m=end))
+        else:
+            seats.append(replace(interface, coupling="distributing"))
+    return layout_of(replace(body, interfaces=tuple(seats)), None, blurred=True)
 
 
 def _layout(body: Body, components: Sequence[Component], element_length_m: float | None) -> Layout:

@@ -13,7 +13,7 @@ from solidwhirl.beams.sections import ShearRule, StiffnessRule
 from solidwhirl.rotordyn.core.arrays import FloatArray
 
 CentrifugalRule = Literal["plates", "none"]
-SeatRule = Literal["given", "other"]
+SeatRule = Literal["given", "blurred"]
 
 
 class Variant(NamedTuple):
@@ -35,13 +35,12 @@ VARIANTS: tuple[Variant, ...] = (
     Variant("shear coefficient", shear_rule="shifted"),
     Variant("shear doubled", shear_rule="doubled"),
     Variant("no centrifugal stiffness", centrifugal_rule="none"),
-    Variant("other seats", seat_rule="other"),
+    Variant("blurred seats", seat_rule="blurred"),
 )
 """Models of `beam_variants`, the one to be judged first."""
 
 # Calibrated against converged harmonic models; see tests/program/beams.
 _STEPS, _ROOTS, _COEFFICIENT, _SHORT_WAVES, _CENTRIFUGAL = 1.5, 0.5, 1.25, 2.0, 0.5
-_SEATS = 0.5
 
 
 def beam_theory_error(values: npt.ArrayLike) -> FloatArray:
@@ -52,10 +51,10 @@ def beam_theory_error(values: npt.ArrayLike) -> FloatArray:
     sign is wrong.
 
     The sum of six parts: how steps and disks stiffen a shaft, how far it gives way at the roots of
-    disks, the shear coefficient, centrifugal stiffness, of which drums have none here, how far a
-    seat stiffens the shaft along it (a point does not, a rigid piece most), and short waves, for
-    which beam theory breaks down: that part goes with the square of what shear takes off, as its
-    expansion in wave number does.
+    disks and thin walls stretch there, the shear coefficient, centrifugal stiffness, of which drums
+    have none here, how far along the shaft a seat reaches, and short waves, for which beam theory
+    breaks down: that part goes with the square of what shear takes off, as its expansion in wave
+    number does. Seats count whole: they differ by the length in which stresses settle.
     """
     found = np.atleast_2d(np.asarray(values, dtype=float))
     if found.shape[0] != len(VARIANTS) or not (np.isfinite(found).all() and (found > 0.0).all()):
@@ -72,5 +71,5 @@ def beam_theory_error(values: npt.ArrayLike) -> FloatArray:
         + _COEFFICIENT * coefficient
         + _SHORT_WAVES * doubled**2
         + _CENTRIFUGAL * centrifugal
-        + _SEATS * seats
+        + seats
     )

@@ -20,12 +20,17 @@ from solidwhirl.beams.profile import (
     skeleton_of,
 )
 from solidwhirl.geometry import Body, Interface, Subdivision, subdivide
-from solidwhirl.rotordyn.beams.families import BeamNodes
+from solidwhirl.rotordyn.beams.families import BeamNodes, Mean
 from solidwhirl.rotordyn.core.arrays import FloatArray
 
 # Elements are no longer than this share of the body's axial length unless the caller says so.
 DEFAULT_ELEMENTS = 60
 _SAME = 1e-9
+_SIMPSON = (1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0)
+# Radii over the length along which stresses decay that have no resultant.
+_DECAY = 2.7
+# Ratio of radii below which a tube is solid around a bore (as of roots of plates).
+_THICK = 0.5
 
 
 class Element(NamedTuple):
@@ -59,27 +64,42 @@ class Layout:
     interfaces: tuple[int, ...]
     #: Nodes that follow another node as rigid pieces: (node, leader)
     ties: tuple[tuple[int, int], ...]
+    means: tuple[Mean, ...]  #: Surfaces that distributing interfaces follow
 
     @property
     def beam_nodes(self) -> BeamNodes:
-        """The nodes, those of the interfaces, each once in the order of the body, and the ties."""
-        return BeamNodes(self.nodes_m, tuple(dict.fromkeys(self.interfaces)), self.ties)
+        """The nodes, those of the interfaces, each once in the order of the body, and the rest."""
+        nodes = tuple(dict.fromkeys(self.interfaces))
+        return BeamNodes(self.nodes_m, nodes, self.ties, self.means)
+
+
+class _Ring(NamedTuple):
+    """A ring of a surface, with its area and the second moment of that about y."""
+
+    place: Place
+    area_m2: float
+    second_m4: float
 
 
 class _Seat(NamedTuple):
-    """Where an interface sits: on columns, or on a free edge of a plate (plate, outer)."""
+    """Where an interface sits: on columns, or on a free edge of a plate (plate, outer).
+
+    A distributing one follows its rings.
+    """
 
     place: Place | None
     columns: tuple[int, ...]
     edge: tuple[int, bool] | None
+    rings: tuple[_Ring, ...] = ()
 
 
-def layout_of(body: Body, element_length_m: float | None) -> Layout:
+def layout_of(body: Body, element_length_m: float | None, *, blurred: bool = False) -> Layout:
     """Place the nodes of the beam model of a body.
 
     `body`: with at least one interface. `element_length_m`: longest element; None is a sixtieth of
-    the body's axial length. Raises BeamLevelError for a body that is none of beams and plates, and
-    an interface on several of its parts.
+    the body's axial length. `blurred`: distributing interfaces reach further, by `decay_length_m`
+    at both ends. Raises BeamLevelError for a body that is none of beams and plates, and an
+    interface on several of its parts.
     """
     if not body.interfaces:
         raise BeamLevelError(f"body '{body.name}': the beam level needs at least one interface")
@@ -92,7 +112,7 @@ def layout_of(body: Body, element_length_m: float | None) -> Layout:
             f"body '{body.name}': element_length_m is {longest}, must be finite and positive"
         )
     subdivision = subdivide(body)
-    seats = [_seat(body, skeleton, subdivision, item) for item in body.interfaces]
+    seats = [_seat(body, skeleton, subdivision, item, blurred) for item in body.interfaces]
     cuts = _cuts(skeleton, body.interfaces, seats)
     places = [
         _stations(column, cuts[k], longest, _SAME * (end - start))
@@ -112,7 +132,8 @@ def _cuts(
                 cuts[place.column].append(place.z_m)
     for interface, seat in zip(interfaces, seats, strict=True):
         if seat.place is not None:
-            cuts[seat.place.column].append(seat.place.z_m)
+            for place in (seat.place, *(ring.place for ring in seat.rings)):
+                cuts[place.column].append(place.z_m)
             if interface.coupling == "rigid":
                 for k in seat.columns:
                     cuts[k] += [interface.start_m, interface.end_m]
@@ -154,10 +175,15 @@ def _numbered(
     ]
     held = [[node_at(p) if p else -1 for p in (q.inner, q.outer)] for q in skeleton.plates]
     rims: list[Rim] = []
-    of_interface = []
+    of_interface: list[int] = []
+    means: list[Mean] = []
     for interface, seat in zip(body.interfaces, seats, strict=True):
         if seat.place is not None:
-            of_interface.append(node_at(seat.place))
+            own = node_at(seat.place)
+            if seat.rings and own not in of_interface:
+                under, area, second = zip(*seat.rings, strict=True)
+                means.append(Mean(own, tuple(map(node_at, under)), area, second))
+            of_interface.append(own)
             continue
         assert seat.edge is not None
         plate, outer = seat.edge
@@ -180,6 +206,7 @@ def _numbered(
         rims=tuple(rims),
         interfaces=tuple(of_interface),
         ties=(),
+        means=tuple(means),
     )
     return _with_ties(body, layout, seats)
 
@@ -209,7 +236,9 @@ def _with_ties(body: Body, layout: Layout, seats: Sequence[_Seat]) -> Layout:
     return replace(layout, ties=tuple(sorted(ties.items())))
 
 
-def _seat(body: Body, skeleton: Skeleton, subdivision: Subdivision, interface: Interface) -> _Seat:
+def _seat(
+    body: Body, skeleton: Skeleton, subdivision: Subdivision, interface: Interface, blurred: bool
+) -> _Seat:
     """Find the columns, or else the rim of a disk, that the curves of an interface lie on."""
     curves = [subdivision.curves[k] for k in subdivision.interfaces[interface.name]]
     lines = [subdivision.points[[c.start, c.end]] for c in curves]
@@ -230,7 +259,64 @@ def _seat(body: Body, skeleton: Skeleton, subdivision: Subdivision, interface: I
             f"body '{body.name}': interface '{interface.name}' lies on parts that bend apart "
             f"({', '.join(sorted(names))}); limit it to one of them with its radial range"
         )
-    return _Seat(Place(under[0], z), tuple(hit), None)
+    place = Place(under[0], z)
+    column = skeleton.columns[under[0]]
+    if interface.kind == "inner" and column.inner_m(z) < _THICK * column.outer_m(z):
+        raise BeamLevelError(
+            f"body '{body.name}': interface '{interface.name}' sits in a bore of "
+            f"{column.inner_m(z):.4g} m in a shaft of {column.outer_m(z):.4g} m radius; the wall "
+            f"gives way around a bore below {_THICK:g} of the radius, which beams do not know; "
+            "choose level harmonic"
+        )
+    reach = decay_length_m(column, z) if blurred else 0.0
+    flat = interface.start_m == interface.end_m
+    if interface.coupling == "rigid" or (flat and not blurred):
+        return _Seat(place, tuple(hit), None)
+    stretch = 1.0 if flat else 1.0 + 2.0 * reach / (interface.end_m - interface.start_m)
+    rings = [
+        _Ring(_reached(skeleton, hit, z + stretch * (at - z) + step), share * area, share * second)
+        for line in lines
+        for at, area, second in _rings_of(line)
+        for step, share in (
+            zip((-reach, 0.0, reach), _SIMPSON, strict=True) if flat else ((0.0, 1.0),)
+        )
+    ]
+    return _Seat(place, tuple(hit), None, tuple(rings))
+
+
+def decay_length_m(column: Column, z_m: float) -> float:
+    """Return the length along which stresses settle to those of a beam, m.
+
+    Those of lateral loads without resultant decay in a round bar as exp(−2.7 z / R) and faster
+    (Little and Childs, Q. Appl. Math. 25, 1967, end loads of a cylinder).
+    """
+    return column.outer_m(z_m) / _DECAY
+
+
+def _rings_of(line: FloatArray) -> list[tuple[float, float, float]]:
+    """Return place, area and second moment of three rings that stand for a conical surface."""
+    length = float(np.hypot(*(line[1] - line[0])))
+    middles = (line[0], line.mean(axis=0), line[1])
+    areas = [
+        2.0 * np.pi * float(r) * length * w for (_, r), w in zip(middles, _SIMPSON, strict=True)
+    ]
+    return [
+        (float(z), area, 0.5 * area * float(r) ** 2)
+        for (z, r), area in zip(middles, areas, strict=True)
+    ]
+
+
+def _reached(skeleton: Skeleton, hit: Sequence[int], z_m: float) -> Place:
+    """Return the place on columns, or on what follows them, that is nearest to z."""
+    columns = skeleton.columns
+    joined = grouped(len(columns), skeleton.contacts)
+    near = [k for k in range(len(columns)) if joined[k] == joined[hit[0]]]
+
+    def apart(k: int) -> tuple[float, bool]:
+        return max(columns[k].start_m - z_m, z_m - columns[k].end_m, 0.0), k not in hit
+
+    found = min(near, key=apart)
+    return Place(found, min(max(z_m, columns[found].start_m), columns[found].end_m))
 
 
 def _on_column(column: Column, line: FloatArray, slack: float) -> bool:

@@ -32,6 +32,8 @@ class Edge(NamedTuple):
     root: float | None
     #: At a rim: the whole rim moves as a rigid circle; otherwise the node is its mean
     rigid: bool = False
+    #: E A of the wall it is built into, which a shift stretches along its circumference, N
+    hoop: float = math.inf
 
 
 class PlateMatrices(NamedTuple):
@@ -175,6 +177,10 @@ def _holds(
         elif edge.root is not None and np.isfinite(edge.root) and motion in ("tilt", "axial"):
             loose = np.eye(values.size)[1:2]
             stiffness = (np.pi if motion == "tilt" else 2.0 * np.pi) * radius * edge.root
+        elif edge.root is not None and np.isfinite(edge.hoop) and motion == "shift":
+            # a thin wall passes on what is tangential; its hoop strain is (U - V) cos φ / r
+            loose = np.eye(values.size)[:1]
+            stiffness = np.pi * edge.hoop / radius
         own = at + nodes * np.arange(values.size)
         whole, freed = np.zeros(nodes * values.size), np.zeros((nodes * values.size, len(loose)))
         whole[own], freed[own] = values, loose.T
@@ -404,6 +410,23 @@ def root_stiffness(skeleton: Skeleton, cell: Cell, place: Place) -> float:
     if not shells or min(solid) >= 1.0:
         return surface
     return 1.0 / (1.0 / surface + (1.0 - min(solid)) / total)
+
+
+def hoop_stiffness(skeleton: Skeleton, cell: Cell, place: Place) -> float:
+    """Return E A of the wall that holds the edge of a plate, infinite for a solid shaft, N.
+
+    Result: the width of the plate and 1/β on each side where the wall goes on, which follows as a
+    long cylindrical shell that does not turn at the plate (as in `root_stiffness`).
+    """
+    column = skeleton.columns[place.column]
+    inner, outer = column.inner_m(place.z_m), column.outer_m(place.z_m)
+    _, solid = _shell(column, place.z_m)
+    if solid >= 1.0:
+        return math.inf
+    sides = sum(_neighbour(skeleton, cell, place.column, step) is not None for step in (-1, 1))
+    reach = math.sqrt(0.5 * (inner + outer) * (outer - inner)) / 1.3
+    width = cell.end_m - cell.start_m + sides * reach
+    return column.layers[0].material.youngs_modulus_pa * (outer - inner) * width / (1.0 - solid)
 
 
 def held_ring(skeleton: Skeleton, cell: Cell, place: Place, *, outer: bool) -> Cell:

@@ -45,12 +45,13 @@ def plan(
         from solidwhirl.model.mesh_bodies import build_mesh_bodies
         from solidwhirl.pipeline.level import planned_level
         from solidwhirl.plausibility.supports import free_motion_doubt
-        from solidwhirl.plausibility.units import implausible
+        from solidwhirl.plausibility.units import implausible, refuse_bursting
         from solidwhirl.scene.sweep import nominal_text
         from solidwhirl.scene_reading.weight import free_lateral_groups
 
         chosen = chosen_scene(scene, level, accuracy)
         bodies = build_bodies(chosen)
+        refuse_bursting(chosen, bodies)
         solids: dict[str, AnyBody] = {**bodies, **build_mesh_bodies(chosen)}
         decided = make_plan(chosen, bodies, planned_level(chosen, bodies))
         free = [free_motion_doubt(*found) for found in free_lateral_groups(chosen)]

@@ -102,7 +102,7 @@ def _keeps_stages(asked: RunOptions) -> bool:
 def _run_on_first_rank(scene: Scene, asked: RunOptions) -> None:
     """Run and write a scene on the rank that has the results."""
     from solidwhirl.console import summary
-    from solidwhirl.core.check_report import failed
+    from solidwhirl.core.check_report import failed, failure_lines
     from solidwhirl.scene.sweep import nominal_text
 
     # loading the program is part of the time that a user waits
@@ -119,9 +119,9 @@ def _run_on_first_rank(scene: Scene, asked: RunOptions) -> None:
     elif not asked.quiet:
         summary.print_summary(results, told)
     # those of the scene were said when the run began
-    lines = [f"warning: {doubt.message}" for doubt in results.doubts] if asked.quiet else []
-    lines += [*summary.doubt_lines(results), *summary.warning_lines(results, document)]
-    for line in lines:
+    said = set() if asked.quiet else {doubt.message for doubt in results.doubts}
+    lines = [f"warning: {text}" for text in summary.warning_texts(document) if text not in said]
+    for line in (*lines, *failure_lines(results.checks)):
         typer.secho(line, fg="yellow", err=True)
     if failed(results.checks):
         raise typer.Exit(3)

@@ -17,8 +17,8 @@ from solidwhirl.analyses.base import Operating
 from solidwhirl.console.terminal import RUN_SCHEMA, duration_text
 from solidwhirl.core.blocks import motion_text
 from solidwhirl.core.check_report import checks_line, failed, failure_lines
+from solidwhirl.core.warnings import warnings_of
 from solidwhirl.pipeline.verdict_text import answers, margin_words, percent_text
-from solidwhirl.rotordyn.assembly.bearing_notes import note_lines
 from solidwhirl.scene_checks.operating import (
     critical_speeds_that_count,
     excited_critical_speeds,
@@ -76,15 +76,8 @@ def print_summary(results: Results, document: Mapping[str, Any]) -> None:
             console.print(Text(f"{title}: {Path(document['folder'], name)}"), soft_wrap=True)
 
 
-def doubt_lines(results: Results) -> tuple[str, ...]:
-    """What is doubtful about a run and was not known before it, a line each."""
-    messages = [alarm.message for alarm in results.alarms]
-    messages += [doubt.message for doubt in results.support_doubts]
-    return tuple(f"warning: {text}" for text in (*messages, *note_lines(results.bearing_notes)))
-
-
-def warning_lines(results: Results, document: Mapping[str, Any]) -> tuple[str, ...]:
-    """What the last lines of a run say: checks that failed, and an accuracy that is not met.
+def warning_texts(document: Mapping[str, Any]) -> list[str]:
+    """Return the warnings of a run, and that its accuracy is not met, each once.
 
     `document`: the contents of `results.json`.
     """
@@ -93,13 +86,13 @@ def warning_lines(results: Results, document: Mapping[str, Any]) -> tuple[str, .
     found = document["accuracy"]
     missed = found["met"] is False and found["largest_error_estimate"] is not None
     line = (
-        f"warning: accuracy not met: estimated error "
+        f"accuracy not met: estimated error "
         f"{percent_text(found['largest_error_estimate'])}, asked {percent_text(found['asked'])}"
     )
     if found["rounds"] and found["rounds"][-1]["stopped"]:
         last = len(found["rounds"])
         line += f"; refinement {followed_by(found['rounds'], last - 1)} after round {last}"
-    return (*failure_lines(results.checks), *((line,) if missed else ()))
+    return [*warnings_of(document), *([line] if missed else [])]
 
 
 def summary_document(
@@ -133,7 +126,7 @@ def summary_document(
             "not_decided": sum(check.passed is None for check in results.checks),
             "failures": list(failure_lines(results.checks)),
         },
-        "doubts": [doubt["message"] for doubt in document["doubts"]] + document["bearing_notes"],
+        "doubts": warnings_of(document),
         "seconds": seconds,
         "computing_seconds": sum(results.timings_s.values()),
         "peak_memory_gib": results.peak_memory_gib,

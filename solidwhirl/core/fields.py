@@ -195,6 +195,8 @@ MOST = 2001
 _TURNING = ("LRE", "RLE", "LRO", "RLO", "PDF", "LRI", "RLI", "FSI", "PDI")
 _DEVICES = ("CON", "PRN", "AUX", "NUL", *(f"{d}{k}" for d in ("COM", "LPT") for k in range(10)))
 Title = Annotated[str, Field(max_length=1000), AfterValidator(_one_line)]
+#: What a file of another program calls a part of it.
+GroupName = Annotated[Title, Field(min_length=1, max_length=200)]
 Note = Annotated[str, Field(max_length=4000), AfterValidator(_lines)]
 FileName = Annotated[Name, AfterValidator(_file_name)]
 #: A file that a scene reads: a name relative to the scene's folder, made absolute when it is read.

@@ -29,16 +29,17 @@ def is_batch(folder: Path) -> bool:
 def batch_datasets(folder: str | Path) -> xr.DataTree:
     """Return the table of a batch as a tree of datasets.
 
-    Returns at the root scene, status, message, seconds, peak_memory_gib and ranks over case, with
-    the parameters of the sweep as coordinates along case; critical_speeds, campbell and responses
-    below it, with the same coordinates. Names and units are those of the table. A case that lacks
-    something has nan, "" among texts. Raises BatchTableError: the folder holds no batch, or a
-    damaged one.
+    Returns at the root scene, status, message, warnings (one a line), seconds, peak_memory_gib and
+    ranks over case, with the parameters of the sweep as coordinates along case; critical_speeds,
+    campbell and responses below it, with the same coordinates. Names and units are those of the
+    table. A case that lacks something has nan, "" among texts. Raises BatchTableError: the folder
+    holds no batch, or a damaged one.
     """
     rows = read_batch(folder)
     root = labelled(
         {
             **{key: ("case", np.array([getattr(r, key) for r in rows], str)) for key in _TEXTS},
+            "warnings": ("case", np.array(["\n".join(row.warnings) for row in rows], str)),
             "seconds": ("case", [row.seconds for row in rows]),
             "peak_memory_gib": ("case", [row.peak_memory_gib for row in rows]),
             "ranks": ("case", [row.ranks for row in rows]),

@@ -200,7 +200,7 @@ def _reach_of_grounds(
 
 def engine_caption(scene: Scene, bodies: Sequence[Silhouette]) -> str:
     """Return what the symbols mean, as far as they are there."""
-    said = ["Section through the axis, alike scaled in both directions; each body has a hatching."]
+    said = ["Section through the axis, to scale; each body has a hatching."]
     materials = materials_of(bodies)
     if len(materials) > 1:
         said.append("Materials are shaded, see the legend.")

@@ -5,7 +5,7 @@ Nothing that the plan has off is assembled or solved; the ledger of a run can be
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -13,7 +13,7 @@ import numpy as np
 
 from solidwhirl.analyses.registry import KINDS
 from solidwhirl.geometry import Body
-from solidwhirl.meshing.imported.records import AnyBody, is_asymmetric
+from solidwhirl.meshing.imported.records import AnyBody, MeshedBody, is_asymmetric
 from solidwhirl.model.mesh_bodies import base_plan, build_mesh_bodies, mesh_plan
 from solidwhirl.model.plan_records import BodyPlan, Effect, Plan
 from solidwhirl.model.resolution import choose_resolution
@@ -64,7 +64,7 @@ def plan_of(scene: Scene, bodies: Mapping[str, Body], level: str | None = None) 
         ),
         *_called_for(scene),
         *_static_loads(scene),
-        *_joints(bodies, level or scene.model.level),
+        *_joints({**bodies, **mesh_bodies}, level or scene.model.level),
         _asymmetry(list(asymmetric)),
         *_estimates(scene, list(asymmetric), meshed=bool(scene.finite_element_bodies())),
         _recovery(scene),
@@ -97,8 +97,13 @@ def plan_of(scene: Scene, bodies: Mapping[str, Body], level: str | None = None) 
 
 
 def _asymmetric(*bodies: Mapping[str, AnyBody]) -> dict[str, AnyBody]:
-    """Bodies that bend unlike in two planes."""
+    """Asymmetric bodies."""
     return {name: body for own in bodies for name, body in own.items() if is_asymmetric(body)}
+
+
+def _are(names: Collection[str]) -> str:
+    """Return the verb of a list of names."""
+    return "is" if len(names) == 1 else "are"
 
 
 def _rotation_effects(scene: Scene, *, turning: bool, solid: bool) -> tuple[Effect, ...]:
@@ -219,7 +224,7 @@ def _static_loads(scene: Scene) -> tuple[Effect, ...]:
     return (Effect(name="static_loads", on=True, why=why, cost=cost),)
 
 
-def _joints(bodies: Mapping[str, Body], level: str) -> tuple[Effect, ...]:
+def _joints(bodies: Mapping[str, Body | MeshedBody], level: str) -> tuple[Effect, ...]:
     """Sections that are parted, where the scene has any."""
     named = ", ".join(name for name, body in bodies.items() if body.joints)
     if not named:
@@ -275,7 +280,7 @@ def _estimates(scene: Scene, asymmetric: list[str], *, meshed: bool) -> tuple[Ef
     joined = bool(places_of_joints(scene))
     if wanted and asymmetric:
         named = ", ".join(asymmetric)
-        why = f"compared where all bodies bend alike in all directions, which {named} do not"
+        why = f"compared where all bodies are symmetric, which {named} {_are(asymmetric)} not"
     elif wanted:
         why = "joints act on interfaces" if joined else "no joint acts on an interface"
     elif scene.model.compare_coupling == "off":
@@ -324,9 +329,9 @@ def _refuse_kinds(scene: Scene, asymmetric: list[str]) -> None:
     for k, analysis in enumerate(scene.analyses):
         if asymmetric and analysis.kind == "run_up" and analysis.compare_flexible:
             raise AnalysisError(
-                f"analyses[{k}].compare_flexible: holds bodies rigid in turn, which needs bodies "
-                f"that are the same in all directions, and {', '.join(asymmetric)} bend unlike in "
-                "two planes; leave it out"
+                f"analyses[{k}].compare_flexible: holds bodies rigid in turn, which needs "
+                f"symmetric bodies, and {', '.join(asymmetric)} {_are(asymmetric)} asymmetric; "
+                "leave it out"
             )
         if analysis.kind == "static":
             _refuse_static(scene, f"analyses[{k}]", analysis, asymmetric)
@@ -335,28 +340,26 @@ def _refuse_kinds(scene: Scene, asymmetric: list[str]) -> None:
         where = f"analyses[{k}].kind: {analysis.kind!r} is"
         if not asymmetric:
             raise AnalysisError(
-                f"{where} for bodies that bend unlike in two planes; here all are the same in all "
-                'directions: take "unbalance_response"'
+                f'{where} for asymmetric bodies; here all are symmetric: take "unbalance_response"'
             )
         known = sorted(kind for kind, spec in KINDS.items() if spec.of_bodies != "even")
         raise AnalysisError(
-            f"{where} for bodies that are the same in all directions, and {', '.join(asymmetric)} "
-            f"bend unlike in two planes: in fixed axes their matrices change with the angle; "
+            f"{where} for symmetric bodies, and {', '.join(asymmetric)} {_are(asymmetric)} "
+            "asymmetric: in fixed axes the matrices change with the angle; "
             f"allowed are {', '.join(known)} (every run has critical speeds, unstable ranges "
             "and diagrams in both frames)"
         )
 
 
 def _refuse_static(scene: Scene, where: str, analysis: StaticSpec, asymmetric: list[str]) -> None:
-    """Refuse what static loads of bodies that bend unlike in two planes can't be, or of others."""
+    """Refuse what static loads of asymmetric bodies can't be, or of others."""
     if not asymmetric:
         if analysis.angles_deg != (0.0,):
             raise AnalysisError(
-                f"{where}.angles_deg: is of bodies that bend unlike in two planes; here all are "
-                "the same in all directions: leave it out"
+                f"{where}.angles_deg: is of asymmetric bodies; here all are symmetric: leave it out"
             )
         return
-    named = f"{', '.join(asymmetric)} bend unlike in two planes"
+    named = f"{', '.join(asymmetric)} {_are(asymmetric)} asymmetric"
     if any(analysis.speeds_rpm):
         raise AnalysisError(
             f"{where}.speeds_rpm: {named}, so that weight shakes them twice per turn: static is at "
@@ -371,7 +374,7 @@ def _refuse_static(scene: Scene, where: str, analysis: StaticSpec, asymmetric: l
 
 
 def _asymmetry(names: list[str]) -> Effect:
-    """Bodies that bend unlike in two planes."""
+    """Asymmetric bodies."""
     why = "all rotors are axisymmetric"
     if names:
         why = f"{', '.join(names)} asymmetric: computed in the rotating frame"
@@ -380,7 +383,7 @@ def _asymmetry(names: list[str]) -> Effect:
         on=bool(names),
         why=why,
         cost="the whole is meshed and solved, all six motions of every interface; harmonics of the "
-        "turn where supports are unlike in x and y; a search for unstable ranges",
+        "turn where supports are anisotropic; a search for unstable ranges",
     )
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from solidwhirl.core.errors import clean
-from solidwhirl.geometry import Body, GeometryError, Material, RigidDisk
+from solidwhirl.geometry import Body, GeometryError, Joint, Material, RigidDisk
 from solidwhirl.meshing import Mesh, MeshingError, MeshSize
 from solidwhirl.meshing.imported.records import (
     MeshedBody,
@@ -33,6 +33,8 @@ _SMALLEST = 0.2
 # Elements of the mesh that tells whether a geometry is of revolution, over those asked for, and its
 # edges around: fewer make no circle.
 _COARSE, _EDGES = 3.0, 16
+# and no more elements than about these.
+_COARSE_CELLS = 30_000
 # What the mesh of a sector may lose of the volume of its geometry: periodic faces can go wrong.
 _LOST = 0.01
 
@@ -70,7 +72,7 @@ def described(body: MeshedBody, mesh: Mesh) -> MeshedBody:
     with _named(body.name):
         found = body_of_mesh(body.name, body.request, mesh, body.rigid_disks)
         lost = abs(found.volume_m3 / body.volume_m3 - 1.0)
-        if body.request.sectors is not None and lost > _LOST:
+        if mesh.sector is not None and lost > _LOST:
             raise MeshingError(
                 f"the mesh has a volume of {found.volume_m3:.6g} m³, {100.0 * lost:.2g} % off "
                 f"that of the geometry, {body.volume_m3:.6g} m³: take a smaller size_m or a larger "
@@ -156,10 +158,17 @@ def _built(scene: Scene, name: str, spec: MeshBodySpec) -> MeshedBody:
 
 
 def _coarse(request: MeshRequest) -> MeshRequest:
-    """A geometry with few elements, whose shape tells as well whether it is of revolution."""
+    """A geometry with few elements, whose shape tells as well whether it is of revolution.
+
+    However small the elements of a request are: elements rise at least with the square of 1/size.
+    """
+    from solidwhirl.meshing.imported.formats.step import step_geometry
+
     if request.step is None:
         return request
-    sizes = (_COARSE * request.step.size_m, _COARSE * request.step.smallest_m)
+    cells = step_geometry(request).expected.cells
+    factor = max(_COARSE, (cells / _COARSE_CELLS) ** 0.5)
+    sizes = (factor * request.step.size_m, factor * request.step.smallest_m)
     around = max(request.step.around, _EDGES)
     return replace(request, step=StepSize(size_m=sizes[0], smallest_m=sizes[1], around=around))
 
@@ -215,12 +224,13 @@ def _request(spec: MeshBodySpec, materials: dict[str, Material]) -> MeshRequest:
         sectors=spec.sectors,
         mass_unit_kg=None if spec.mass_unit is None else MASSES_KG[spec.mass_unit],
         step=step,
+        joints=tuple(Joint(**j.model_dump()) for j in spec.joints),
     )
 
 
 def _shape(spec: MeshBodySpec) -> Shape:
     """What the reduction may assume, as far as the scene says."""
-    if spec.sectors:
+    if spec.sectors or spec.joints:
         return "cyclic"
     if spec.may_have_any_shape:
         return "any"
@@ -247,7 +257,7 @@ def _unmeshed(name: str, request: MeshRequest, disks: tuple[RigidDisk, ...]) -> 
     diagonal = max(b - a for a, b in zip(low, high, strict=True))
     return MeshedBody(
         name=name,
-        request=request,
+        request=replace(request, joints=found.joints),
         interfaces=request.interfaces,
         rigid_disks=disks,
         expected=found.expected,

@@ -8,6 +8,7 @@ from typing import Any
 
 from solidwhirl.core.check_report import checks_text
 from solidwhirl.core.errors import markdown_cell, markdown_text
+from solidwhirl.core.warnings import warnings_of
 from solidwhirl.output.plan_text import plan_text, table
 from solidwhirl.page.frame.records import Block, Table, Text
 from solidwhirl.page.frame.render import cell_text
@@ -24,11 +25,10 @@ _MARKS = re.compile(r"\\\*\\\*|\\`")
 def report_text(results: Results, document: dict[str, Any]) -> str:
     """Markdown report of a run and the contents of its `results.json`."""
     critical = critical_speed_tables(document, results.scene.speed_ratios())
-    doubtful = [*(doubt["message"] for doubt in document["doubts"]), *document["bearing_notes"]]
     parts = [
         f"# {markdown_text(results.scene.title or results.scene.name)}",
         table(" | ", ((a.about, a.marked) for a in answers(document)), _marked_cell),
-        "\n".join(f"- **warning:** {markdown_text(message)}" for message in doubtful),
+        "\n".join(f"- **warning:** {markdown_text(message)}" for message in warnings_of(document)),
         "## Critical speeds",
         _told(critical) if critical else "None in the speed range.",
         "## Notes" if results.scene.notes else "",

@@ -1,4 +1,4 @@
-"""What a run finds of an engine with bodies that bend unlike in two planes."""
+"""What a run finds of an engine with asymmetric bodies."""
 
 from __future__ import annotations
 

@@ -206,7 +206,7 @@ def _reduce(
     level = plan.level
     # a mesh that follows its errors is small, and rank 0 judges them; layers are of one process
     alone = level == "harmonic" or not chosen.mesh_fixed
-    alone = alone or (isinstance(body, Body) and bool(body.joints))
+    alone = alone or bool(body.joints)
     if alone and job.comm.rank != 0:
         return None
     team = MPI.COMM_SELF if alone else job.comm

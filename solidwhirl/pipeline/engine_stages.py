@@ -92,7 +92,7 @@ class Engine:
     reduced: Mapping[str, BodyResult]
     elements: Mapping[str, Superelement]
     beams: BeamBodies
-    #: At rest where bodies bend unlike in two planes
+    #: At rest where bodies are asymmetric
     system: AssembledSystem
     #: In the frame of these; None without one
     rotating: RotatingSystem | None

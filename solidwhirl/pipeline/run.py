@@ -36,7 +36,7 @@ from solidwhirl.pipeline.checks import analysis_result_checks, run_checks
 from solidwhirl.pipeline.engine_stages import ExcitedCriticalSpeed
 from solidwhirl.pipeline.level import key_of_beams, level_of
 from solidwhirl.pipeline.results import Results
-from solidwhirl.plausibility.units import implausible
+from solidwhirl.plausibility.units import implausible, refuse_bursting
 from solidwhirl.rotordyn import Superelement, bearing_notes
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.speeds_asked import top_speed
@@ -144,6 +144,7 @@ def reduced(
     comm = MPI.COMM_SELF if comm is None else comm
     stage_cache = StageCache(store=store if comm.rank == 0 else None, progress=progress)
     bodies = build_bodies(scene)
+    refuse_bursting(scene, bodies)
     doubts = implausible(scene, bodies) if comm.rank == 0 else ()
     for doubt in doubts:
         progress(f"warning: {doubt.message}")

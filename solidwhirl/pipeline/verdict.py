@@ -31,7 +31,7 @@ def verdict_document(
     `operating_speeds`.
 
     Critical speeds are those that count, with amplification and margin. `gravity_critical_speeds`
-    is None where no body bends unlike in two planes. `margins.passed` is None
+    is None where no body is asymmetric. `margins.passed` is None
     without an analysis of margins. `vibration` has, of each observed place of each unbalance
     response, the largest amplitude within the operating speeds and over the sweep.
     `coupling_effect` is the relative change of the critical speeds and modes that count by the
@@ -76,7 +76,7 @@ def _critical_speeds(
 
 
 def _gravity_critical_speeds(document: Mapping[str, Any]) -> list[dict[str, Any]] | None:
-    """Those of lateral motion at twice the speed; None where all bodies are alike all around."""
+    """Those of lateral motion at twice the speed; None where all bodies are symmetric."""
     found = document.get("asymmetry")
     if found is None:
         return None

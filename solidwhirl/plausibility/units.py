@@ -1,7 +1,7 @@
 """Doubts about units: numbers a thousand times off from what rotors have, as millimetres give.
 
-Nothing here refuses a scene. The limits lie beyond a dental drill of 1 mm and a steam turbine
-train of 300 t and 60 m.
+They are warnings; refused are radii that no material holds at the speeds asked. The limits lie
+beyond a dental drill of 1 mm and a steam turbine train of 300 t and 60 m.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from solidwhirl.core.warnings import Doubt
-from solidwhirl.geometry import Body
+from solidwhirl.geometry import Body, GeometryError
+from solidwhirl.model.bodies import scene_materials
 from solidwhirl.model.imported_bodies import imported_element
 from solidwhirl.model.interface_documents import mesh_doubts
 from solidwhirl.plausibility.shapes import Disk, Shape, shapes_of
@@ -62,6 +63,8 @@ _MASSLESS_DENSITY, _MASSLESS_SHARE = (1e-6, 2.0), 0.1
 # Fastest body: a dental drill turns at 5e5 rpm, a spinning sphere in a laboratory at more.
 _SPEED_RPM = 3e6
 _GRAVITY, _RIM_M_PER_S, _CASING_GYRATION = 9.81, 1500.0, 10.0
+# Largest hoop strain of a linear prestress; least radius [m] that may be one in millimetres.
+_STRAIN, _MILLIMETRES = 0.05, 1.0
 
 
 def implausible(scene: Scene, bodies: Mapping[str, Body]) -> tuple[Doubt, ...]:
@@ -103,6 +106,41 @@ def implausible(scene: Scene, bodies: Mapping[str, Body]) -> tuple[Doubt, ...]:
     found += _operating_doubts(scene)
     found += mesh_doubts(scene)
     return tuple(dict.fromkeys(found))
+
+
+def refuse_bursting(scene: Scene, bodies: Mapping[str, Body]) -> None:
+    """Refuse radii of metres at which a body would burst at the speeds asked.
+
+    Smaller ones are refused with the strain that is computed. At its rim a solid disk is strained
+    by (1 − ν)/4 ρ v²/E (Timoshenko and Goodier, article 32), a disk with a bore by more.
+    `bodies`: from `build_bodies`. Raises GeometryError.
+    """
+    radii = [
+        (f"bodies.{name}.sections[{k}].outer_radius_m", name, max(own.outer_radius_m))
+        for name in bodies
+        for k, own in enumerate(scene.bodies[name].sections)
+    ]
+    radii += [
+        (f"beams.{n}.outer_radius_m", n, max(b.outer_radius_m)) for n, b in scene.beams.items()
+    ]
+    materials = {name: {own.material for own in body.sections} for name, body in bodies.items()}
+    known = scene_materials(scene)
+    materials |= {n: {known[b.material]} for n, b in scene.beams.items() if b.material in known}
+    for key, name, radius_m in radii:
+        rpm = abs(scene.speed_ratio(name)) * top_speed(scene) * RPM_PER_RAD_S
+        rim = rpm / RPM_PER_RAD_S * radius_m
+        squares = [
+            4.0 * _STRAIN / (1.0 - m.poissons_ratio) * m.youngs_modulus_pa / m.density_kg_per_m3
+            for m in materials.get(name, ())
+        ]
+        held = math.sqrt(max(squares, default=math.inf))
+        if radius_m >= _MILLIMETRES and rim > held:
+            of = " or ".join(sorted(m.name for m in materials[name]))
+            raise GeometryError(
+                f"{key}: {radius_m:g} m, whose rim has {rim:.3g} m/s at {rpm:g} rpm; no body of "
+                f"{of} holds more than {held:.3g} m/s. Radii are in metres ({radius_m:g} mm is "
+                f"{radius_m / 1e3:g}); is this in millimetres, or the speed too high?"
+            )
 
 
 def _assumed_doubts(law: str, assumed: Sequence[str]) -> Iterator[Doubt]:

@@ -6,13 +6,13 @@ from typing import Annotated
 
 from pydantic import Field
 
-from solidwhirl.core.fields import Finite, Name, NotNegative, Positive, Record
+from solidwhirl.core.fields import Finite, GroupName, NotNegative, Positive, Record
 
 
 class JointSpec(Record):
-    """A layer of springs on the common face of two sections."""
+    """A layer of springs on the common face of two sections, or solids."""
 
-    between: tuple[Name, Name]
+    between: tuple[GroupName, GroupName]
     stiffness_n_per_m3: tuple[Positive, NotNegative] | None = None
     interference_m: Positive | None = None
     pressure_pa: Positive | None = None

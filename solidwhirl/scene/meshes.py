@@ -14,17 +14,17 @@ from solidwhirl.core.fields import (
     BesideScene,
     Count,
     Finite,
+    GroupName,
     Name,
     NotNegative,
     Positive,
     Record,
-    Title,
 )
 from solidwhirl.rotordyn.core.foreign import ForeignError, refuse_irregular
+from solidwhirl.scene.body_joints import JointSpec
 from solidwhirl.scene.joints import InternalDampingSpec
 
 Direction = tuple[Finite, Finite, Finite]
-GroupName = Annotated[Title, Field(min_length=1, max_length=200)]
 #: Lengths of the units that a mesh may be in [m].
 UNITS_M = {"m": 1.0, "mm": 1e-3, "in": 0.0254}
 #: Units that the masses of a mesh may be in [kg].
@@ -43,8 +43,8 @@ def _enough_sectors(value: object) -> object:
         )
     if value == 2:
         raise ValueError(
-            "2 sectors do not bend alike in all directions, so that seen from outside their "
-            "matrices change with the angle; 3 or more do. Give a body that stands "
+            "2 sectors make an asymmetric body, so that seen from outside its "
+            "matrices change with the angle; 3 or more do not. Give a body that stands "
             "(speed_ratio = 0) as a whole without sectors, or two blades as rigid_disks"
         )
     return value
@@ -123,6 +123,7 @@ class MeshBodySpec(Record):
     size_m: Positive | None = None
     smallest_m: Positive | None = None
     around: Annotated[Count, Field(ge=4, le=400)] = 16
+    joints: Annotated[tuple[JointSpec, ...], Field(max_length=MOST)] = ()
 
     @property
     def is_geometry(self) -> bool:
@@ -132,7 +133,7 @@ class MeshBodySpec(Record):
     @property
     def may_have_any_shape(self) -> bool:
         """Whether it neither turns nor has to consist of equal sectors."""
-        return self.speed_ratio == 0.0 and self.sectors is None
+        return self.speed_ratio == 0.0 and self.sectors is None and not self.joints
 
     @model_validator(mode="after")
     def _fitting(self) -> MeshBodySpec:
@@ -147,6 +148,8 @@ class MeshBodySpec(Record):
             raise ValueError(f"{', '.join(sorted(sizes))} is for STEP files; this one is a mesh")
         if self.size_m and self.smallest_m and self.smallest_m > self.size_m:
             raise ValueError(f"smallest_m = {self.smallest_m:g} is above size_m = {self.size_m:g}")
+        if self.joints:
+            self._refuse_beside_joints()
         if self.material is None and not self.materials:
             raise ValueError("material is needed, or materials by group")
         if self.symmetry != "auto" and (self.sectors or self.speed_ratio == 0.0):
@@ -172,6 +175,18 @@ class MeshBodySpec(Record):
                     f"does not exist; known: {', '.join(names) or 'none'}"
                 )
         return self
+
+    def _refuse_beside_joints(self) -> None:
+        if not self.is_geometry:
+            raise ValueError("joints are between the solids of STEP files; this one is a mesh")
+        for key, given in (("sectors", self.sectors), ("symmetry", self.symmetry == "none")):
+            if given:
+                raise ValueError(f"joints are of bodies of revolution; leave out {key}")
+        pairs = [frozenset(joint.between) for joint in self.joints]
+        if len(set(pairs)) < len(pairs):
+            raise ValueError("two joints are between the same solids; keep one of them")
+        if any(joint.over_m is not None for joint in self.joints):
+            raise ValueError("over_m is for joints of sections; solids carry where they are drawn")
 
 
 def file_digest(path: Path) -> str:

@@ -15,7 +15,7 @@ from solidwhirl.sweep import bands as band
 from solidwhirl.sweep.bands import LEVELS, CampbellBands, Quantiles
 from solidwhirl.sweep.design import SweepDesign, SweepPictureError, sweep_designs
 from solidwhirl.sweep.margins import MarginMap, margin_maps, parameter_pairs, searched_rpm
-from solidwhirl.sweep.records import BatchRow
+from solidwhirl.sweep.records import BatchRow, distinct_warnings
 from solidwhirl.sweep.sensitivity import Sensitivity, sensitivity
 from solidwhirl.sweep.tracks import CriticalTrack, Quantity, critical_tracks, quantities
 
@@ -202,6 +202,7 @@ def _document(found: SweepAnalysis) -> dict[str, Any]:
         "design": design.kind,
         "baseline": design.rows[design.baseline].case if design.baseline >= 0 else None,
         "notes": [*found.notes, *found.band_notes],
+        "warnings": distinct_warnings(design.every_row),
         "parameters": [
             {
                 "name": p.name,

@@ -51,9 +51,14 @@ class SweepDesign(ReadOnlyArrays):
     baseline: int  # row that the others are held against; -1 without
 
     @property
+    def every_row(self) -> tuple[BatchRow, ...]:
+        """Return all cases that have a row."""
+        return (*self.rows, *self.left_out)
+
+    @property
     def missing(self) -> int:
         """Return how many cases of the sweep have no row; 0 where the rows do not tell."""
-        rows = (*self.rows, *self.left_out)
+        rows = self.every_row
         return max(max(row.sweep_cases for row in rows) - len(rows), 0)
 
     def number(self, name: str) -> int:

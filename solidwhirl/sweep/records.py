@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+import re
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -48,7 +49,9 @@ class BatchRow:
     scene: str
     # `done`; `checks_failed`: results are there, but an invariant is violated; `failed`: none
     status: Status
-    message: str = ""  # why, for the latter two; empty if done
+    message: str = ""  # why, for the latter two; of all, which bodies have no error estimate
+    # Warnings of its run, as `run` says them; empty in rows of earlier releases
+    warnings: tuple[str, ...] = ()
     # Value by parameter of the sweep
     values: Mapping[str, Number | str] = field(default_factory=dict)
     # digest, method, sweep_cases: those of the case; the latter two are empty and 0 in rows of
@@ -81,3 +84,30 @@ class BatchRow:
     campbell_motion: tuple[tuple[Number, ...], ...] = ()
     # Scalars of the analyses by `<analysis>.<quantity>`
     responses: Mapping[str, Number] = field(default_factory=dict)
+
+
+# A number that stands alone: neither part of a name nor a place in a list.
+_NUMBER = re.compile(r"(?<![\w.\[-])[-+]?\d+(\.\d+)?([eE][-+]?\d+)?(?![\w\]])")
+
+
+def in_order(rows: Iterable[BatchRow]) -> tuple[BatchRow, ...]:
+    """Return rows by scene and number of the case, whatever order they ended in."""
+    return tuple(sorted(rows, key=lambda row: (row.scene, len(row.case), row.case)))
+
+
+def distinct_warnings(rows: Iterable[BatchRow]) -> list[str]:
+    """Return each warning of some rows once, in the words of the first case that has it.
+
+    Warnings that differ in numbers alone, as the values of a sweep make them, are one. Behind the
+    text stand how many cases have it, and the first.
+    """
+    found: dict[str, tuple[str, list[str]]] = {}
+    for row in in_order(rows):
+        for text in row.warnings:
+            _, cases = found.setdefault(_NUMBER.sub("#", text), (text, []))
+            if row.case not in cases[-1:]:
+                cases.append(row.case)
+    return [
+        f"{text} [{f'{len(cases)} cases, first ' if len(cases) > 1 else ''}{cases[0]}]"
+        for text, cases in found.values()
+    ]

@@ -9,6 +9,7 @@ import numpy as np
 
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray
 from solidwhirl.sweep.analysis import SweepAnalysis, SweepPictureSettings
+from solidwhirl.sweep.records import distinct_warnings
 from solidwhirl.sweep_pictures.parts import cases_text, parameter_label, shown_parameters
 
 # Axes of each kind.
@@ -54,7 +55,8 @@ def parallel_page(found: SweepAnalysis, settings: SweepPictureSettings) -> str:
     lost = int((~whole).sum())
     said = [cases_text(found), *([f"{lost} without all results are not drawn"] if lost else [])]
     title = escape(f"All cases: {design.scene}")
-    notes = "".join(f"<li>{escape(n)}</li>" for n in found.notes)
+    warned = [f"warning: {text}" for text in distinct_warnings(design.every_row)]
+    notes = "".join(f"<li>{escape(n)}</li>" for n in (*found.notes, *warned))
     return (
         f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
         f"<style>{_STYLE}</style>\n<script>{get_plotlyjs()}</script></head><body>\n"

@@ -46,7 +46,7 @@ class Diagram:
 
 
 def is_asymmetric(reduced: ReducedScene) -> bool:
-    """Whether a body bends unlike in two planes, so that all of it takes seconds."""
+    """Whether a body is asymmetric, so that all of it takes seconds."""
     return any(e.frame != "inertial" for e in reduced.reduced.elements.values())
 
 

@@ -281,7 +281,7 @@ def remarks_on(
     scene, found = reduced.scene, []
     if is_asymmetric(reduced):
         found.append(
-            "A body bends unlike in two planes: the picture follows when the sliders rest, and has "
+            "A body is asymmetric: the picture follows when the sliders rest, and has "
             "no error bands."
         )
     elif scene.model.estimates == "off":

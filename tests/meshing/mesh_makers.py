@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import re
+
+import gmsh
 import numpy as np
 
 from solidwhirl.geometry import MATERIALS
 from solidwhirl.meshing.imported.records import ElementBlock, FileMesh, MeshRequest
+from solidwhirl.meshing.own.drawing import gmsh_session
 
 STEEL = MATERIALS["steel"]
 
@@ -61,6 +65,26 @@ def file_mesh(points, **kinds):
         node_groups={},
         face_groups={},
     )
+
+
+def drawn(path, bore_mm, hub="hub", beyond_mm=40):
+    """A shaft of radius 10 mm through a hub of 20 mm with a bore, as a STEP file.
+
+    `beyond_mm`: by how much the shaft is longer on both sides.
+    """
+    with gmsh_session():
+        gmsh.option.setString("Geometry.OCCTargetUnit", "MM")  # that of a session before stays
+        occ = gmsh.model.occ
+        occ.addCylinder(0, 0, 40 - beyond_mm, 0, 0, 20 + 2 * beyond_mm, 10)
+        ring = occ.addCylinder(0, 0, 40, 0, 0, 20, 30)
+        if bore_mm:
+            occ.cut([(3, ring)], [(3, occ.addCylinder(0, 0, 40, 0, 0, 20, bore_mm))])
+        occ.synchronize()
+        gmsh.write(str(path))
+    text = path.read_text()
+    for number, name in (("1", "shaft"), ("2", hub)):
+        text = re.sub(rf"'Open CASCADE STEP translator [\d. ]*\.{number}'", f"'{name}'", text)
+    path.write_text(text)
 
 
 INP = """*HEADING

@@ -5,20 +5,20 @@ from __future__ import annotations
 import os
 import re
 import signal
+from dataclasses import replace
 
 import gmsh
 import numpy as np
 import pytest
-from mesh_makers import request
+from mesh_makers import drawn, request
 from shapes import STEEL, section
 from shapes import body as body_of
 
-from solidwhirl.geometry import MATERIALS, mass_properties
+from solidwhirl.geometry import MATERIALS, Joint, mass_properties
 from solidwhirl.meshing import MeshingError
 from solidwhirl.meshing.imported.body import body_of_mesh, mesh_of
 from solidwhirl.meshing.imported.formats.step import mesh_step, step_geometry
 from solidwhirl.meshing.imported.records import MeshInterface, StepSize
-from solidwhirl.meshing.own.drawing import gmsh_session
 from solidwhirl.meshing.own.step_write import write_step
 
 TITANIUM = MATERIALS["titanium"]
@@ -172,25 +172,6 @@ def test_what_is_no_solid_is_refused(tmp_path):
     assert not (tmp_path / "r.step").exists()
 
 
-def drawn(path, bore_mm, hub="hub"):
-    """A shaft of radius 10 mm through a hub of 20 mm with a bore, as a STEP file."""
-    import gmsh
-
-    with gmsh_session():
-        gmsh.option.setString("Geometry.OCCTargetUnit", "MM")  # that of a session before stays
-        occ = gmsh.model.occ
-        occ.addCylinder(0, 0, 0, 0, 0, 100, 10)
-        ring = occ.addCylinder(0, 0, 40, 0, 0, 20, 30)
-        if bore_mm:
-            occ.cut([(3, ring)], [(3, occ.addCylinder(0, 0, 40, 0, 0, 20, bore_mm))])
-        occ.synchronize()
-        gmsh.write(str(path))
-    text = path.read_text()
-    for number, name in (("1", "shaft"), ("2", hub)):
-        text = re.sub(rf"'Open CASCADE STEP translator [\d. ]*\.{number}'", f"'{name}'", text)
-    path.write_text(text)
-
-
 @pytest.mark.parametrize("overlap_mm", [0.01, 0.05, 0.1])
 def test_fits_as_drawn_are_named(tmp_path, overlap_mm):
     """The common ring has 2 π r t h; its mean thickness is the overlap."""
@@ -204,6 +185,69 @@ def test_fits_as_drawn_are_named(tmp_path, overlap_mm):
         step_geometry(asked)
     found = re.search(said, str(caught.value))
     assert float(found[1]) == pytest.approx(overlap_mm, rel=0.01)
+    assert 'joints = [{ between = ["shaft", "hub"] }]' in str(caught.value)
+
+
+def fitted(path, *joints, **changes):
+    """What is asked of a drawing whose solids are joined, its geometry, mesh and body."""
+    size = StepSize(size_m=0.01, smallest_m=0.002, around=8)
+    asked = replace(of_step(path, size, joints=joints, **changes), shape="cyclic")
+    found = step_geometry(asked)
+    asked = replace(asked, joints=found.joints)
+    mesh = mesh_of(mesh_step(asked), asked, "fit")
+    return found, mesh, body_of_mesh("fit", asked, mesh)
+
+
+@pytest.mark.parametrize(
+    ("between", "seat_m"), [(("shaft", "hub"), 0.01), (("Hub", "SHAFT"), 0.00995)]
+)
+def test_fits_as_drawn_become_joints(tmp_path, between, seat_m):
+    """The first solid keeps its surface; mass, interference and areas are those of the rings."""
+    drawn(tmp_path / "fit.step", 10.0 - 0.05)
+    rear = MeshInterface(name="rear", coupling="rigid", box_m=((-0.1, -0.1, 0.07), (0.1, 0.1, 0.1)))
+    found, mesh, body = fitted(
+        tmp_path / "fit.step",
+        Joint(between=between),
+        materials=(("hub", TITANIUM),),
+        interfaces=(rear,),
+    )
+    (joint,) = body.joints
+    assert joint.between == tuple(name.lower() for name in between)
+    assert joint.interference_m == pytest.approx(5e-5, rel=1e-6)
+    shaft = 0.08 * 0.01**2 + 0.02 * seat_m**2
+    hub = 0.02 * (0.03**2 - seat_m**2)
+    assert found.volume_m3 == pytest.approx(np.pi * (shaft + hub), rel=1e-6)
+    # arcs of 7.5 degrees as parabolas
+    mass = np.pi * (shaft * STEEL.density_kg_per_m3 + hub * TITANIUM.density_kg_per_m3)
+    assert body.mass.mass_kg == pytest.approx(mass, rel=2e-6)
+    area = 2.0 * np.pi * 0.01 * 0.03 + np.pi * 0.01**2
+    # measured on flat pieces of a quarter of that
+    assert body.interfaces[0].area_m2 == pytest.approx(area, rel=1e-4)
+    (seat,) = mesh.meridian.seats
+    z, r = mesh.meridian.points[seat].reshape(-1, 2).T
+    assert r == pytest.approx(np.full(len(r), seat_m), rel=1e-9)
+    assert (z.min(), z.max()) == pytest.approx((0.04, 0.06))
+    assert not set(seat[:, 0].ravel()) & set(seat[:, 1].ravel())
+    assert found.expected.cells / 3.0 < len(mesh.cells) < 3.0 * found.expected.cells
+
+
+@pytest.mark.parametrize(
+    ("bore_mm", "joint", "changes", "message"),
+    [
+        (9.95, {"between": ("shaft", "disk")}, {}, "no solid 'disk'; it has 'hub', 'shaft'"),
+        (9.95, {"interference_m": 2e-5}, {}, "drawn with an interference of 5e-05 m; leave int"),
+        (9.95, {"pressure_pa": 1e7}, {}, "pressure_pa is given, and the solids are drawn"),
+        (5.0, {}, {}, r"r from 5 to 10 mm: that is no fit .* thinner than 0\.01 of its radius"),
+        (9.95, {}, {"origin": (1.0, 0.0, 0.0)}, "that is no fit on a cylinder about the axis"),
+        (10.0, {}, {}, "nothing says how it joins; .* or draw the solids with their interference"),
+        (10.1, {"interference_m": 2e-5}, {}, "'shaft' and 'hub' do not hang together"),
+        (10.0, {"pressure_pa": 1e7}, {"origin": (1.0, 0.0, 0.0)}, "'shaft' is none about this ax"),
+    ],
+)
+def test_what_is_no_fit_is_refused(tmp_path, bore_mm, joint, changes, message):
+    drawn(tmp_path / "fit.step", bore_mm)
+    with pytest.raises(MeshingError, match=message):
+        fitted(tmp_path / "fit.step", Joint(**{"between": ("shaft", "hub")} | joint), **changes)
 
 
 def test_solids_of_unlike_material_that_overlap_are_refused(tmp_path):

@@ -1,4 +1,4 @@
-"""Meshes of bodies that bend unlike in two planes: one keyway, two flats, two poles, one blade."""
+"""Meshes of asymmetric bodies: one keyway, two flats, two poles, one blade."""
 
 from __future__ import annotations
 

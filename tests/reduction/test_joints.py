@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +15,9 @@ from mpi4py import MPI
 
 from solidwhirl.geometry import Body, Joint, Material, Section
 from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_revolved
+from solidwhirl.meshing.imported.body import body_of_mesh, mesh_of
+from solidwhirl.meshing.imported.formats.step import mesh_step, step_geometry
+from solidwhirl.meshing.imported.records import StepSize
 from solidwhirl.reduction import ReductionError, ReductionRequest
 from solidwhirl.reduction.body.reduced_order import reduce_order
 from solidwhirl.reduction.operators import compat
@@ -20,6 +25,10 @@ from solidwhirl.reduction.operators.joints.layers import layer_in, with_layer
 from solidwhirl.reduction.operators.matrices import OperatorEffects, build_operators
 from solidwhirl.reduction.residuals.residual_energy import lift_energy
 from solidwhirl.reduction.solvers.vectors import Operator, apply, project
+
+sys.path.append(str(Path(__file__).parents[1] / "meshing"))
+
+from mesh_makers import drawn, request
 
 E, RHO = 2.0e11, 7800.0
 STEEL = Material(name="own", density_kg_per_m3=RHO, youngs_modulus_pa=E, poissons_ratio=0.3)
@@ -362,6 +371,33 @@ def test_lame_pressure_torque_and_loosening_speed() -> None:
     hoop = pressure * (RIM**2 + SEAT**2) / (RIM**2 - SEAT**2)
     mises = np.sqrt(hoop**2 + pressure**2 + hoop * pressure)
     assert found.stress_pa[0, 1] == pytest.approx(mises, rel=1e-4)
+
+
+def test_lame_pressure_of_a_fit_as_it_is_drawn(tmp_path: Path) -> None:
+    """A steel shaft of 10 mm and a light hub of 30 mm in a STEP file, both without contraction."""
+    drawn(tmp_path / "fit.step", 10.0 - 0.02, beyond_mm=0)
+    light = replace(CORK, name="light", youngs_modulus_pa=7e10, density_kg_per_m3=2700.0)
+    asked = request(
+        tmp_path / "fit.step",
+        unit_m=1e-3,
+        shape="cyclic",
+        material=CORK,
+        materials=(("hub", light),),
+        joints=(Joint(between=("shaft", "hub")),),
+        step=StepSize(size_m=0.004, smallest_m=0.001, around=16),
+    )
+    asked = replace(asked, joints=step_geometry(asked).joints)
+    mesh = mesh_of(mesh_step(asked), asked, "fit")
+    effects = OperatorEffects(gyroscopic=True, centrifugal=True, components={})
+    found = build_operators(
+        body_of_mesh("fit", asked, mesh), mesh, MPI.COMM_SELF, order=0, degree=3, effects=effects
+    )
+    (state,) = found.ingredients.joints.states
+    # δ / b = p ((c² + b²) / (c² - b²) / E_hub + 1 / E_shaft)
+    flexibility = (0.03**2 + 0.01**2) / (0.03**2 - 0.01**2) / 7e10 + 1.0 / E
+    assert state.interference_m == pytest.approx(2e-5, rel=1e-6)
+    assert state.mean_pressure_pa[0] == pytest.approx(2e-5 / 0.01 / flexibility, rel=1e-5)
+    assert state.pressure_pa[0] == pytest.approx(state.mean_pressure_pa[0], rel=1e-3)
 
 
 def test_temperature_takes_interference_away() -> None:

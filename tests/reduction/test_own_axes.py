@@ -1,4 +1,4 @@
-"""Superelements of solids that bend unlike in two planes, against all unknowns of their mesh.
+"""Superelements of asymmetric solids, against all unknowns of their mesh.
 
 The matrices of all unknowns have forms of their own (`whole_circle`), with a stress from a static
 solution of their own.

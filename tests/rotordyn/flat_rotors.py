@@ -1,4 +1,4 @@
-"""Bodies that bend unlike in two planes, in the frame that turns with them."""
+"""Asymmetric bodies, in the frame that turns with them."""
 
 from __future__ import annotations
 

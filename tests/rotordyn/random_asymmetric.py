@@ -1,4 +1,4 @@
-"""Random bodies that bend unlike in two planes on random joints, and their growth at many speeds.
+"""Random asymmetric bodies on random joints, and their growth at many speeds.
 
 `growth_at` shares nothing with the search but the matrices: classical Runge-Kutta steps through one
 turn at every speed.

@@ -9,11 +9,13 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import gmsh
 import numpy as np
 
 from solidwhirl.core.machine import available_memory_gib
+from solidwhirl.geometry import Joint
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.imported.formats import step_solids as solids
 from solidwhirl.meshing.imported.records import (
@@ -24,7 +26,13 @@ from solidwhirl.meshing.imported.records import (
 )
 from solidwhirl.meshing.own.drawing import gmsh_session
 from solidwhirl.meshing.own.files import as_vtk
-from solidwhirl.meshing.own.meridian import TETRAHEDRON10, TRIANGLE6, element_blocks, node_table
+from solidwhirl.meshing.own.meridian import (
+    LINE3,
+    TETRAHEDRON10,
+    TRIANGLE6,
+    element_blocks,
+    node_table,
+)
 from solidwhirl.meshing.own.prediction import PredictedMesh
 from solidwhirl.meshing.records import IntArray
 from solidwhirl.rotordyn.core.foreign import ForeignError, in_child, regular_bytes
@@ -43,6 +51,9 @@ _FIRST_BYTES, _BYTES_PER_BYTE = 4 << 30, 5000
 _POWER = re.compile(rb"[(,\s]([+-]?\d+\.?\d*[Ee]\+?0*(\d{2,}))")
 _LARGEST_POWER = 30
 _TRIANGLE3 = 2  # gmsh's number of the flat triangle
+# Cells and facets of what is meshed, by gmsh's numbers.
+_OF_SOLID, _OF_MERIDIAN = (TETRAHEDRON10, TRIANGLE6), (TRIANGLE6, LINE3)
+_KINDS = {TETRAHEDRON10: "tetra10", TRIANGLE6: "triangle6", LINE3: "line3"}
 _PER_TETRAHEDRON, _PER_SURFACE = 1.0 / 5.6, 0.23
 
 
@@ -59,6 +70,7 @@ class StepGeometry:
     #: Numbers of the mesh, of one sector where there are any, with the sizes asked for, within a
     #: factor 3
     expected: PredictedMesh
+    joints: tuple[Joint, ...]  #: Those of the request, with the interference that is drawn
 
 
 def step_geometry(request: MeshRequest) -> StepGeometry:
@@ -83,8 +95,14 @@ def step_geometry(request: MeshRequest) -> StepGeometry:
             "low_m": tuple(found["low_m"]),
             "high_m": tuple(found["high_m"]),
             "expected": PredictedMesh(**found["expected"]),
+            "joints": tuple(_joint_of(joint) for joint in found["joints"]),
         }
     )
+
+
+def _joint_of(values: dict[str, Any]) -> Joint:
+    own: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in values.items()}
+    return Joint(**own)
 
 
 def _size_of(request: MeshRequest) -> int:
@@ -120,12 +138,16 @@ def _guarded(
 def _geometry(request: MeshRequest) -> StepGeometry:
     size, sectors = request.step, request.sectors
     assert size is not None
-    with _imported(request) as volumes:
+    with _imported(request) as (volumes, joints):
         box = np.array(gmsh.model.getBoundingBox(-1, -1)) * solids.UNIT_M
-        if sectors is not None:
+        if sectors is not None or joints:
             box = np.concatenate(solids.extents_m(request))
+        if sectors is not None:
             volumes = solids.sector_solids(volumes, request)
+        count = len(volumes)
         volume = sum(gmsh.model.occ.getMass(3, tag) for tag in volumes) * solids.UNIT_M**3
+        if joints:
+            solids.meridian(volumes, request)
         skin = sum(_triangles(tag, size) for _, tag in gmsh.model.getEntities(2))
         if skin < _COUNTED:
             _ask(size)
@@ -134,8 +156,10 @@ def _geometry(request: MeshRequest) -> StepGeometry:
     regular = volume / (_TETRAHEDRON * size.size_m**3)
     cells = _TETRAHEDRA * regular + _BY_SKIN * skin
     vertices = _PER_TETRAHEDRON * cells + _PER_SURFACE * skin
+    if joints:  # a layer of prisms above the triangles, of which half as many corners are
+        cells, vertices = 3.0 * skin, skin
     return StepGeometry(
-        solids=len(volumes),
+        solids=count,
         volume_m3=volume * (sectors or 1),
         low_m=tuple(float(v) for v in box[:3]),  # type: ignore[arg-type]
         high_m=tuple(float(v) for v in box[3:]),  # type: ignore[arg-type]
@@ -147,6 +171,7 @@ def _geometry(request: MeshRequest) -> StepGeometry:
             facets=max(round(2.0 * cells + 0.5 * skin), 4),
             graded_places=0,
         ),
+        joints=joints,
     )
 
 
@@ -155,8 +180,9 @@ def mesh_step(request: MeshRequest) -> FileMesh:
 
     `request`: file, unit and sizes. Solids that touch are joined. The boxes of interfaces are cut
     into the solids, so that elements end where boxes do. A body of sectors is meshed as one of
-    them, with periodic cuts. Result: in the unit of the request; labels of solids and faces are
-    groups. Raises MeshingError: gmsh can't read or mesh the file, or there are no equal sectors.
+    them, with periodic cuts; of one with joints the meridian, with triangles. Result: in the unit
+    of the request; labels of solids and faces are groups. Raises MeshingError: gmsh can't read or
+    mesh the file, there are no equal sectors, or a solid with joints is not of revolution.
     """
     _size_of(request)
     memory = int(available_memory_gib() * 1024**3)
@@ -165,11 +191,12 @@ def mesh_step(request: MeshRequest) -> FileMesh:
         groups: dict[str, dict[int, IntArray]] = {}
         for k, (name, block) in enumerate(json.loads(str(found["names"]))):
             groups.setdefault(name, {})[block] = found[f"group_{k}"]
+        kinds = _OF_MERIDIAN if request.joints else _OF_SOLID
         return FileMesh(
             points=found["points"],
             blocks=(
-                ElementBlock(kind="tetra10", nodes=found["cells"]),
-                ElementBlock(kind="triangle6", nodes=found["facets"]),
+                ElementBlock(kind=_KINDS[kinds[0]], nodes=found["cells"]),
+                ElementBlock(kind=_KINDS[kinds[1]], nodes=found["facets"]),
             ),
             element_groups=groups,
         )
@@ -179,24 +206,28 @@ def _meshed(request: MeshRequest) -> bytes:
     """The mesh as the bytes of an npz file."""
     size = request.step
     assert size is not None
-    with _imported(request) as volumes:
+    with _imported(request) as (pieces, joints):
+        dimension, kinds = (2, _OF_MERIDIAN) if joints else (3, _OF_SOLID)
         if request.sectors is not None:
-            volumes = solids.sector_solids(volumes, request)
-        volumes = solids.imprint(volumes, request)
+            pieces = solids.sector_solids(pieces, request)
+        pieces = solids.imprint(pieces, request)
+        if joints:
+            pieces = solids.meridian(pieces, request)
         _ask(size)
         if request.sectors is not None:
             solids.make_periodic(request)
-        gmsh.model.mesh.generate(3)
-        gmsh.model.mesh.optimize("Netgen")
+        gmsh.model.mesh.generate(dimension)
+        if dimension == 3:
+            gmsh.model.mesh.optimize("Netgen")
         gmsh.model.mesh.setOrder(2)
         numbering, points = node_table(solids.UNIT_M / request.unit_m)
-        cells, owner = element_blocks(volumes, TETRAHEDRON10, numbering)
-        faces = [tag for _, tag in gmsh.model.getEntities(2) if _has_triangles(tag)]
-        facets, side = element_blocks(faces, TRIANGLE6, numbering)
+        cells, owner = element_blocks(pieces, kinds[0], numbering)
+        sides = [tag for _, tag in gmsh.model.getEntities(dimension - 1) if _is_meshed(tag, kinds)]
+        facets, side = element_blocks(sides, kinds[1], numbering)
         groups: dict[str, dict[int, IntArray]] = {}
-        for block, (dimension, tags, rows) in enumerate(((3, volumes, owner), (2, faces, side))):
+        for block, (tags, rows) in enumerate(((pieces, owner), (sides, side))):
             for k, tag in enumerate(tags):
-                label = solids.label(dimension, tag)
+                label = solids.label(dimension - block, tag)
                 if label:
                     own = groups.setdefault(label, {})
                     mine = np.flatnonzero(rows == k)
@@ -206,7 +237,7 @@ def _meshed(request: MeshRequest) -> bytes:
     np.savez(
         content,
         points=points,
-        cells=as_vtk(cells),
+        cells=as_vtk(cells) if dimension == 3 else cells,
         facets=facets,
         names=json.dumps([(name, block) for name, block, _ in named]),
         **{f"group_{k}": rows for k, (_, _, rows) in enumerate(named)},
@@ -226,8 +257,8 @@ def _ask(size: StepSize) -> None:
 
 
 @contextmanager
-def _imported(request: MeshRequest) -> Iterator[list[int]]:
-    """Open gmsh with the solids of a file, in millimetres; gives their tags."""
+def _imported(request: MeshRequest) -> Iterator[tuple[list[int], tuple[Joint, ...]]]:
+    """Open gmsh with the solids of a file, in millimetres; gives their tags, and its joints."""
     path = Path(request.path)
     with gmsh_session():
         gmsh.option.setString("Geometry.OCCTargetUnit", solids.UNIT)
@@ -242,16 +273,15 @@ def _imported(request: MeshRequest) -> Iterator[list[int]]:
             raise MeshingError(
                 f"{path.name}: has no solid; a body needs closed volumes, no surfaces alone"
             )
-        if len(found) > 1:
-            solids.join(found, request)
+        joints = solids.join(request) if len(found) > 1 or request.joints else ()
         volumes = [tag for _, tag in gmsh.model.getEntities(3)]
         if not sum(gmsh.model.occ.getMass(3, tag) for tag in volumes) > 0.0:
             raise MeshingError(f"{path.name}: its solids have no volume")
-        yield volumes
+        yield volumes, joints
 
 
-def _has_triangles(tag: int) -> bool:
-    return bool(len(gmsh.model.mesh.getElementsByType(TRIANGLE6, tag)[0]))
+def _is_meshed(tag: int, kinds: tuple[int, int]) -> bool:
+    return bool(len(gmsh.model.mesh.getElementsByType(kinds[1], tag)[0]))
 
 
 def _triangles(tag: int, size: StepSize) -> float:

@@ -6,12 +6,15 @@ The kernel works in millimetres of the file's own coordinates.
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 
 import gmsh
 import numpy as np
 import scipy
 
+from solidwhirl.geometry import GeometryError, Joint
 from solidwhirl.meshing.errors import MeshingError
+from solidwhirl.meshing.imported.groups import as_written, names_text
 from solidwhirl.meshing.imported.records import MeshRequest, axis_turn
 from solidwhirl.meshing.imported.turning import angles_taken
 from solidwhirl.meshing.records import FloatArray
@@ -26,6 +29,11 @@ _ALONG = 25
 _SAME = 1e-5
 # A wedge reaches this much farther than the body.
 _BEYOND = 1.2
+# Angle of a cut through the axis, where no seam of a surface lies.
+_ASIDE = 0.618
+# Fits are thinner than this part of their radius: no metal stays elastic at half of it. Those drawn
+# at several places are one within a part of their depth, and chamfers end at 5 degrees or more.
+_THIN, _SAME_FIT, _CHAMFER = 0.01, 1e-3, 12.0
 
 
 def imprint(volumes: list[int], request: MeshRequest) -> list[int]:
@@ -52,12 +60,17 @@ def _turns_of_box(low: FloatArray, high: FloatArray, request: MeshRequest) -> ra
     return range(1 if around else request.sectors or 1)
 
 
-def join(solids: list[Entity], request: MeshRequest) -> None:
+def join(request: MeshRequest) -> tuple[Joint, ...]:
     """Give solids that touch common faces; what two of one material have in common counts once.
 
-    Raises MeshingError: solids overlap that are of unlike material, or by less than an element.
+    What two solids of a joint have in common is an interference fit as drawn, and the first of them
+    keeps it. Result: the joints with what is drawn. Raises MeshingError: solids overlap that are of
+    unlike material, or by less than an element; a joint between solids that the file has not, or
+    that nothing tells of.
     """
     assert request.step is not None
+    joints = tuple(_fitted(joint, request) for joint in request.joints)
+    solids = gmsh.model.getEntities(3)
     names = [label(*entity) for entity in solids]
     shown = [repr(name) if name else f"solid {k + 1} of the file" for k, name in enumerate(names)]
     materials = [dict(request.materials).get(name, request.material) for name in names]
@@ -80,9 +93,79 @@ def join(solids: list[Entity], request: MeshRequest) -> None:
         raise MeshingError(
             f"{shown[a]} and {shown[b]} overlap by {depth:.3g} mm, in {volume:.4g} mm³ about "
             f"({place}) mm, and {said}: whose the common part is, the file does not say. "
-            "Cut it off one of them, so that they touch and are joined; an interference fit is a "
-            "body of sections, [bodies.<name>], with joints and their interference_m"
+            "Cut it off one of them, so that they touch and are joined; of an interference fit say "
+            f'joints = [{{ between = ["{names[a] or "label"}", "{names[b] or "label"}"] }}]'
         )
+    return joints
+
+
+def _fitted(joint: Joint, request: MeshRequest) -> Joint:
+    """Cut what two solids of a joint have in common off the second; gives it with what is drawn."""
+    names = [label(*entity) for entity in gmsh.model.getEntities(3)]
+    first, second = (as_written(name, names) for name in joint.between)
+    for name in (first, second):
+        if name not in names:
+            raise MeshingError(
+                f"{joint.where}: the file has no solid {name!r}; it has "
+                f"{names_text([n for n in names if n])}"
+            )
+    drawn = set[float]()
+    for inner in [e for e in gmsh.model.getEntities(3) if label(*e) == first]:
+        for outer in [e for e in gmsh.model.getEntities(3) if label(*e) == second]:
+            cut, made = _pieces([outer], gmsh.model.occ.copy([inner]))
+            common = {entity for entity in set(cut) & set(made) if entity[0] == 3}
+            drawn |= {_sleeve_m(tag, joint, request) for _, tag in common}
+            gmsh.model.occ.remove(made, recursive=True)
+            gmsh.model.occ.synchronize()
+    return _told(replace(joint, between=(first, second)), sorted(drawn))
+
+
+def _told(joint: Joint, drawn_m: list[float]) -> Joint:
+    """A joint with the interference that is drawn."""
+    if not drawn_m:
+        try:
+            joint.refuse_untold()
+        except GeometryError as error:
+            raise MeshingError(f"{error}; or draw the solids with their interference") from error
+        return joint
+    low, high = drawn_m[0], drawn_m[-1]
+    if high - low > _SAME_FIT * high:
+        raise MeshingError(
+            f"{joint.where}: the solids overlap by {low:.6g} m at one place and by {high:.6g} m at "
+            "another; draw one interference, or a solid for each"
+        )
+    given = joint.interference_m
+    if joint.pressure_pa is not None or abs((given or high) - high) > _SAME_FIT * high:
+        key = "pressure_pa" if given is None else "interference_m"
+        raise MeshingError(
+            f"{joint.where}: {key} is given, and the solids are drawn with an interference of "
+            f"{high:.6g} m; leave {key} out, or draw solids that touch"
+        )
+    return replace(joint, interference_m=high)
+
+
+def _sleeve_m(tag: int, joint: Joint, request: MeshRequest) -> float:
+    """Thickness of the sleeve that two solids have in common.
+
+    Raises MeshingError: it is no thin one around a cylinder.
+    """
+    faces = gmsh.model.getAdjacencies(3, tag)[1]
+    curves = {c for face in faces for c in gmsh.model.getAdjacencies(2, face)[1]}
+    places = np.vstack([_on_curve(c, request) for c in curves])
+    r, z = np.hypot(places[:, 0], places[:, 1]), places[:, 2]
+    depth, length = float(np.ptp(r)), float(np.ptp(z))
+    volume, ring = gmsh.model.occ.getMass(3, tag), np.pi * (r.max() ** 2 - r.min() ** 2) * length
+    # ends that chamfers cut off have this part of it
+    ends = _CHAMFER * depth / max(length, depth)
+    if depth > _THIN * r.max() or abs(volume / ring - 1.0) > ends + _SAME:
+        raise MeshingError(
+            f"{joint.where}: the solids overlap in {volume:.4g} mm³, z from {z.min():.6g} to "
+            f"{z.max():.6g} mm, r from {r.min():.6g} to {r.max():.6g} mm: that is no fit on a "
+            f"cylinder about the axis, all around and thinner than {_THIN:g} of its radius. Cones "
+            "and faces clamped by bolts are drawn touching, with stiffness_n_per_m3 or pressure_pa"
+            "; or check axis"
+        )
+    return depth * UNIT_M
 
 
 def fragment(solids: list[Entity], tools: list[Entity]) -> tuple[set[Entity], set[Entity]]:
@@ -96,7 +179,7 @@ def fragment(solids: list[Entity], tools: list[Entity]) -> tuple[set[Entity], se
 
 def _pieces(solids: list[Entity], tools: list[Entity]) -> list[list[Entity]]:
     """What becomes of every solid and every tool."""
-    faces = gmsh.model.getEntities(2)
+    faces = list(dict.fromkeys(gmsh.model.getBoundary(solids, combined=False, oriented=False)))
     given = [*solids, *faces]
     labels = [label(*entity) for entity in given]
     _, came_from = gmsh.model.occ.fragment(solids, [*faces, *tools])
@@ -161,15 +244,63 @@ def sector_solids(volumes: list[int], request: MeshRequest) -> list[int]:
 
 def _wedge(places: FloatArray, start: float, angle: float) -> Entity:
     """A wedge about z that is larger than the body."""
+    made = gmsh.model.occ.revolve([_half_plane(places, start)], 0, 0, 0, 0, 0, 1, angle)
+    return next((d, t) for d, t in made if d == 3)
+
+
+def _half_plane(places: FloatArray, angle: float) -> Entity:
+    """A rectangle that begins at z and is larger than half of the body."""
     reach = _BEYOND * float(np.hypot(places[:, 0], places[:, 1]).max())
     low, high = places[:, 2].min(), places[:, 2].max()
     more = (_BEYOND - 1.0) * max(high - low, reach)
     occ = gmsh.model.occ
     face = (2, occ.addRectangle(0.0, low - more, 0.0, reach, high - low + 2.0 * more))
     occ.rotate([face], 0, 0, 0, 1, 0, 0, 0.5 * np.pi)
-    occ.rotate([face], 0, 0, 0, 0, 0, 1, start)
-    made = occ.revolve([face], 0, 0, 0, 0, 0, 1, angle)
-    return next((d, t) for d, t in made if d == 3)
+    occ.rotate([face], 0, 0, 0, 0, 0, 1, angle)
+    return face
+
+
+def meridian(volumes: list[int], request: MeshRequest) -> list[int]:
+    """Cut solids of revolution through their axis, and keep one side of the cut.
+
+    Result: its faces, with the labels of the solids; its curves have those of their faces. Raises
+    MeshingError: a solid that is not of revolution about the axis.
+    """
+    places, volume = _places(request), dict[str, float]()
+    for tag in volumes:
+        name = label(3, tag)
+        volume[name] = volume.get(name, 0.0) + gmsh.model.occ.getMass(3, tag)
+    cuts = [_half_plane(places, angle) for angle in (_ASIDE, _ASIDE + np.pi)]
+    for cut in cuts:
+        _put_on_axis(cut, request, 0.0)
+    sides = _pieces([(3, tag) for tag in volumes], cuts)[-2:]
+    back, labels = np.linalg.inv(_frame(request)), dict[Entity, str]()
+    for side in sides:
+        inside = {f: set(gmsh.model.getAdjacencies(*f)[0]) for f in side}
+        kept = {f: label(3, own.pop()) for f, own in inside.items() if own}
+        swept = dict.fromkeys(volume, 0.0)
+        for face, name in kept.items():
+            centre = back @ np.append(gmsh.model.occ.getCenterOfMass(*face), 1.0)
+            swept[name] += 2.0 * np.pi * np.hypot(*centre[:2]) * gmsh.model.occ.getMass(*face)
+        for name, one in volume.items():
+            if abs(swept[name] / one - 1.0) > _SAME:
+                raise MeshingError(
+                    f"joints are of bodies of revolution, and solid {name!r} is none about this "
+                    f"axis: it has {one:.7g} mm³, its meridian revolved {swept[name]:.7g} mm³; "
+                    "leave out keyways, holes and blades, or check axis"
+                )
+        labels = labels or dict(kept)
+    faces = list(labels)
+    for tag in {c for face in faces for c in gmsh.model.getAdjacencies(*face)[1]}:
+        named = [label(2, f) for f in gmsh.model.getAdjacencies(1, tag)[0] if (2, f) not in labels]
+        labels[1, tag] = next(filter(None, named), "")
+    gmsh.model.occ.remove(gmsh.model.getEntities(3))
+    others = [entity for entity in gmsh.model.getEntities(2) if entity not in labels]
+    gmsh.model.occ.remove(others, recursive=True)
+    gmsh.model.occ.synchronize()
+    for entity, name in labels.items():
+        gmsh.model.setEntityName(*entity, name)
+    return [tag for _, tag in faces]
 
 
 def _clear_angle(request: MeshRequest) -> float:

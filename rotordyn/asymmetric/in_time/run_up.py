@@ -1,4 +1,4 @@
-"""Run-up of engines with bodies that bend unlike in two planes, in the frame that turns with them.
+"""Run-up of engines with asymmetric bodies, in the frame that turns with them.
 
 The frame turns by θ = |m| ∫Ω dt at p = |m| Ω, m the speed ratio of these bodies.
 """

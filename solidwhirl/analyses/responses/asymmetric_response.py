@@ -1,4 +1,4 @@
-"""Steady motion of a rotor that bends unlike in two planes, by multiples of the speed."""
+"""Steady motion of an asymmetric rotor, by multiples of the speed."""
 
 from __future__ import annotations
 
@@ -61,8 +61,8 @@ class AsymmetricResponseSpec(base.Sweep):
     section = PageSection(
         "asymmetric-response",
         "Response of the asymmetric rotor",
-        "Unbalance at a fixed angle of the body and a bow act once per turn, weight twice; unlike "
-        "supports add further multiples.",
+        "Unbalance at a fixed angle of the body and a bow act once per turn, weight twice; "
+        "anisotropic supports add further multiples.",
         82,
     )
     turning: ClassVar = {"at": "an unbalance and a bow turn with their body"}
@@ -89,7 +89,7 @@ class AsymmetricResponseSpec(base.Sweep):
         return tuple(f"{self.label}{suffix}.png" for suffix in self._suffixes())
 
     def work(self, size: EngineSize) -> Work:
-        """How much it has to solve: unlike supports couple harmonics of the turn."""
+        """How much it has to solve: anisotropic supports couple harmonics of the turn."""
         solved = self.count * (_COUPLED if size.uneven else 1.0)
         return Work(solves=solved, results=20.0, values=30.0 * self.count * len(self.observe))
 

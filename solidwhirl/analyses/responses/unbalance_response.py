@@ -110,7 +110,12 @@ class UnbalanceResponseSpec(base.Sweep):
             )
             for e in response.exciters
         ]
-        peaks = [p for e in exciters for p in e["peaks"][self.observe[0]]]
+        first = self.observe[0]
+        said = [
+            (f"excited by {', '.join(e['bodies'])}: " if len(exciters) > 1 else "")
+            + listed_peaks(e["peaks"][first])
+            for e in exciters
+        ]
         return Outcome(
             kind=self.kind,
             document={
@@ -119,7 +124,7 @@ class UnbalanceResponseSpec(base.Sweep):
                 "unbalances": [u.model_dump() for u in self.unbalances],
                 "exciters": exciters,
             },
-            headline=f"peaks at {self.observe[0]}: " + listed_peaks(peaks),
+            headline=f"peaks at {first}: " + "; ".join(said),
         )
 
     def pictures(self, found: base.Found) -> Mapping[str, base.Charts]:

@@ -93,15 +93,19 @@ class _Drawing:
             elif isinstance(group[0], charts.Fill):
                 self.traces.append(_fill_trace(group, axes))
             else:
-                for number, mark in enumerate(group):
-                    bar = len(self.traces) - before  # each has a group of its own
-                    self._add_one(mark, axes, bar if isinstance(mark, charts.Bars) else number)
+                for mark in group:
+                    self._add_one(mark, axes, len(self.traces) - before)
+        named: set[str] = set()  # a name of ranges stands once in the legend
+        for trace in self.traces[before:]:
+            if "legendgroup" in trace:
+                trace["showlegend"] = trace["name"] not in {"", *named}
+                named.add(trace["name"])
         return list(range(before, len(self.traces)))
 
     def _add_one(self, mark: Any, axes: tuple[charts.Axis, charts.Axis], number: int) -> None:
         match mark:
             case charts.Span() if mark.is_hatched or mark.between:
-                self.traces.append(_span_trace(mark, axes, number))
+                self.traces.append(_span_trace(mark, axes))
             case charts.Span():
                 self.shapes.append(_span_shape(mark))
             case charts.Rule():
@@ -288,7 +292,7 @@ def _fill_trace(fills: Sequence[charts.Fill], axes: tuple[charts.Axis, charts.Ax
     }
 
 
-def _span_trace(span: charts.Span, axes: tuple[charts.Axis, charts.Axis], number: int) -> Trace:
+def _span_trace(span: charts.Span, axes: tuple[charts.Axis, charts.Axis]) -> Trace:
     other = axes[1] if span.along == "x" else axes[0]
     ends = span.between or (other.low or 0.0, other.high or 1.0)
     along = np.array([span.low, span.low, span.high, span.high, span.low])
@@ -307,7 +311,6 @@ def _span_trace(span: charts.Span, axes: tuple[charts.Axis, charts.Axis], number
         "hoverinfo": "text",
         "hoveron": "fills",
         "legendgroup": span.name,
-        "showlegend": number == 0 and bool(span.name),
     }
 
 

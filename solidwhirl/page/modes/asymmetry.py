@@ -1,4 +1,4 @@
-"""Section: what the frame of bodies that bend unlike in two planes shows."""
+"""Section: what the frame of asymmetric bodies shows."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from solidwhirl.rotordyn.plots.chart import Chart
 
 
 def section(run: Run) -> Section | None:
-    """Return the section; None where all bodies are the same in all directions."""
+    """Return the section; None where all bodies are symmetric."""
     found = run.document.get("asymmetry")
     if found is None:
         return None
     return Section(
         name="asymmetry",
-        title="Bodies that bend unlike in two planes",
+        title="Asymmetric rotor",
         blocks=blocks_of(found),
         note="Computed in the rotating frame, where supports that differ in x and y vary with the "
         "angle.",
@@ -33,10 +33,10 @@ def section(run: Run) -> Section | None:
 def blocks_of(found: Mapping[str, Any]) -> list[Block]:
     """Return tables and charts of the key `asymmetry` of `results.json`."""
     periods = found["periods_per_turn"]
-    text = "All supports are the same in all directions: matrices are constant in the frame."
+    text = "All supports are isotropic: matrices are constant in the rotating frame."
     if periods:
         text = (
-            f"Supports are unlike in x and y: in the frame the matrices have {periods} "
+            f"Some supports are anisotropic: in the rotating frame the matrices have {periods} "
             f"period{'s' if periods > 1 else ''} in a turn."
         )
     return [

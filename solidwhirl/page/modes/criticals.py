@@ -110,7 +110,7 @@ def critical_speed_table(found: Sequence[Mapping[str, Any]], ratios: Mapping[str
         head=head,
         rows=rows,
         folded=f"All critical speeds ({len(rows)})" if len(rows) > _MOST else "",
-        caption="The error is that of speed and frequency alike, relative. Unbalance of a rotor "
+        caption="The error is relative, of speed and frequency. Unbalance of a rotor "
         "that is the same in all directions excites forward whirl alone.",
     )
 

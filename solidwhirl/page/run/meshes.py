@@ -95,7 +95,7 @@ def plane_chart(meshes: Mapping[str, Mesh], most_edges: int) -> Chart:
     return Chart(
         name="mesh-meridian",
         title="Meridian meshes",
-        caption="Half of the section through the axis, alike scaled in both directions; the "
+        caption="Half of the section through the axis, to scale; the "
         "circumference is solved by Fourier series. Thick lines are interfaces. Drag over a part "
         f"to magnify it, click twice to go back.{more}",
         alt=f"Triangles of the meridians; elements by body: {said}.",
@@ -165,7 +165,7 @@ def _solid_chart(results: Mapping[str, BodyResult]) -> records.Chart:
         "body",
         bodies,
         title="Solid meshes",
-        caption="Surface of the tetrahedra, alike scaled in all directions; the axis is z. Drag "
+        caption="Surface of the tetrahedra, to scale; the axis is z. Drag "
         "to turn, roll to come nearer. Thin lines are edges of elements.",
         alt=f"Surfaces of the solid meshes; elements by body: {said}.",
     )

@@ -9,6 +9,7 @@ from typing import Any
 from solidwhirl.analyses.base import Operating
 from solidwhirl.core.blocks import margin_words, warning
 from solidwhirl.core.check_report import checks_line, failure_lines
+from solidwhirl.core.warnings import warnings_of
 from solidwhirl.page.drawing.engine import small_picture
 from solidwhirl.page.frame.records import Row, Run, Section, Table, Text
 from solidwhirl.page.modes.campbell import small_chart
@@ -30,7 +31,7 @@ def section(run: Run) -> Section:
     blocks = [
         *warning(failure_lines(run.results.checks)),
         Row(blocks=(verdict_table(run), *beside, small_picture(run))),
-        *warning(_messages(run.document)),
+        *warning(warnings_of(run.document)),
         critical_speeds_block(
             excited_critical_speeds(run.document),
             run.results.operating,
@@ -44,16 +45,10 @@ def verdict_table(run: Run) -> Table:
     """Return the answers of the verdict, the checks, and how many warnings there are."""
     rows = [(a.about, a.marked) for a in answers(run.document)]
     rows.append(("Checks", checks_line(run.results.checks)))
-    count = len(_messages(run.document))
+    count = len(warnings_of(run.document))
     if count:
         rows.append(("Warnings", f"{count}, below the drawing"))
     return Table(head=("", ""), rows=rows)
-
-
-def _messages(document: Mapping[str, Any]) -> list[str]:
-    """What is doubtful about the scene or its results, one line for each cause."""
-    every = [doubt["message"] for doubt in document.get("doubts", ())]
-    return list(dict.fromkeys([*every, *document.get("bearing_notes", ())]))
 
 
 def critical_speeds_block(

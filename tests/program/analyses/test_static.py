@@ -151,7 +151,7 @@ def test_weight_along_the_axis_is_carried_for_every_body_or_refused():
 
 def test_angles_are_of_asymmetric_bodies():
     parsed = parse_scene(scene(analyses=[{"kind": "static", "angles_deg": [30.0]}]))
-    with pytest.raises(AnalysisError, match="angles_deg: is of bodies that bend unlike"):
+    with pytest.raises(AnalysisError, match="angles_deg: is of asymmetric bodies"):
         make_plan(parsed, {})
 
 

@@ -33,6 +33,7 @@ def row(number, stiffness, status="done"):
         scene="ring",
         status=status,
         message="" if status == "done" else "no room",
+        warnings=(f"k: {stiffness:g} N/m; is it?",),
         values={"stiffness_n_per_m": stiffness},
         critical_speed_rpm=found,
         critical_frequency_hz=tuple(v / 60.0 for v in found),
@@ -85,6 +86,10 @@ def test_pictures_are_drawn_again_without_computing(batch):
     assert "1 of 4 cases left out: failed" in document["scenes"][0]["notes"]
     page = (batch / "pictures" / "ring-parallel.html").read_text(encoding="utf-8")
     assert "3 cases, 1 left out" in page
+    # once for all cases, those left out too, and said on the page
+    (warned,) = document["scenes"][0]["warnings"]
+    assert warned.startswith("k: ") and warned.endswith("is it? [4 cases, first ring-0001]")
+    assert f"<li>warning: {warned}</li>" in page
 
 
 def test_pictures_of_part_of_a_batch_say_so(tmp_path):
@@ -126,6 +131,22 @@ def test_what_can_not_be_drawn_is_refused_in_one_message(batch, tmp_path):
     (batch / "pictures").write_text("a file", encoding="utf-8")
     done = invoke("batch-pictures", batch)
     assert done.exit_code == 2 and "can not be written" in done.stderr
+
+
+@pytest.mark.solver
+def test_batch_says_each_warning_once_even_if_quiet(tmp_path):
+    """Springs of 1e13 N/m and more are doubted in each case, in the words of `run`."""
+    sweep = {"method": "list", "parameters": [{**STIFFNESS, "values": [1e13, 2e13]}]}
+    path, out = written(tmp_path, ring_scene(sweep)), tmp_path / "batch"
+    done = invoke("batch", path, "--out", out, "--quiet", "--no-pictures")
+    assert done.exit_code == 0, done.output
+    left, right = done.stderr.splitlines()
+    said = "warning: bearings[0].stiffness_n_per_m: 1e+13 N/m; usual is"
+    assert left.startswith(said) and left.endswith("[2 cases, first ring-0001]")
+    assert right.startswith(said.replace("[0]", "[1]"))
+    rows = [json.loads(line) for line in (out / "batch.jsonl").read_text("utf-8").splitlines()]
+    (case,) = [row for row in rows if row["case"] == "ring-0001"]
+    assert f"warning: {case['warnings'][0]} [2 cases, first ring-0001]" == left
 
 
 @pytest.mark.verify

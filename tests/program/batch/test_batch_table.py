@@ -28,7 +28,7 @@ from solidwhirl.files.run_folder import JOURNAL
 from solidwhirl.output.documents import results_document
 from solidwhirl.pipeline.run import run_scene
 from solidwhirl.sweep.cases import batch_cases, case_scene
-from solidwhirl.sweep.records import BatchRow
+from solidwhirl.sweep.records import BatchRow, distinct_warnings
 
 NAN = float("nan")
 # Rows that differ in all lengths, with texts that files may stumble over.
@@ -58,6 +58,7 @@ ROWS = (
         scene="a",
         status="failed",
         message='größer als "Ω"; Zeile 2\n日本語 \\',
+        warnings=("bearings[0]: 1e13 N/m; usual is less", "5 rpm: unstable"),
         values={"k_n_per_m": -1e30, "level": "beam"},
     ),
     BatchRow(
@@ -410,16 +411,22 @@ DOCUMENT = {
             {"at_operating": {"peak_to_peak_um": 30.0}},
             {"at_operating": None},
         ],
-        "alarms": [{"message": "700 rpm: unstable"}],
     },
+    "doubts": [{"message": "700 rpm: unstable"}, {"message": "700 rpm:\nunstable"}],
+    "accuracy": {"met": False, "largest_error_estimate": 0.02, "asked": 0.01, "rounds": []},
+    "bearing_notes": ["film: used beyond its table"] * 2,
     "peak_memory_gib": None,
 }
 
 
 def test_row_of_a_document_with_nulls_and_a_failed_check(rigid_case):
     row = row_of_document(rigid_case[0], DOCUMENT, 1.0, 1)
-    said = "check failed: rotor: mass symmetric; 700 rpm: unstable; not estimated: rotor"
+    said = "check failed: rotor: mass symmetric; not estimated: rotor"
     assert (row.status, row.message) == ("checks_failed", said)
+    # each once, and each in one line
+    film = "film: used beyond its table"
+    missed = "accuracy not met: estimated error 2 %, asked 1 %"
+    assert row.warnings == ("700 rpm: unstable", "700 rpm:\\nunstable", film, missed)
     assert row.responses == {
         "verdict.stable": 0.0,
         "verdict.unstable_from_rpm": 700.0,
@@ -434,8 +441,32 @@ def test_row_of_a_document_with_nulls_and_a_failed_check(rigid_case):
     assert np.isnan(row.peak_memory_gib)
 
 
+def test_warning_of_many_cases_is_one_with_the_first_and_their_number():
+    """Numbers that stand alone differ between the cases of a sweep; those in names do not."""
+
+    def warned(case, *texts):
+        return BatchRow(case=case, scene="s", status="done", warnings=texts)
+
+    rows = (
+        warned("s-0010", "bearings[0]: 2.5e+13 N/m", "'disk1' is off"),
+        warned("s-0002", "bearings[0]: 1e13 N/m", "bearings[1]: 1e13 N/m"),
+        warned("s-0001"),
+        warned("s-0011", "'disk2' is off", "hp-2 at -3.5 rpm", "hp-2 at 40 rpm"),
+    )
+    assert distinct_warnings(rows) == [
+        "bearings[0]: 1e13 N/m [2 cases, first s-0002]",
+        "bearings[1]: 1e13 N/m [s-0002]",
+        "'disk1' is off [s-0010]",
+        "'disk2' is off [s-0011]",
+        "hp-2 at -3.5 rpm [s-0011]",
+    ]
+    assert distinct_warnings(ROWS[:1]) == []
+
+
 def test_row_of_a_failure(rigid_case, tmp_path):
-    row = failed_row(rigid_case[1], "no\x00t \x1b[31mred\nsecond line", 3.0, 2, 0.5)
+    said = ["warning: mass in t?", "mesh rotor", "warning: 3 rpm"]
+    row = failed_row(rigid_case[1], "no\x00t \x1b[31mred\nsecond line", 3.0, 2, 0.5, said=said)
+    assert row.warnings == ("mass in t?", "3 rpm")
     assert row.status == "failed"
     assert row.message == "no\\x00t \\x1b[31mred\nsecond line"
     assert (row.values, row.seconds, row.ranks) == ({"k": 4e5, "m": 4}, 3.0, 2)

@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 import scipy.linalg as la
+import shapes
 
 from solidwhirl.beams.body import beam_element_of, beam_variants
 from solidwhirl.beams.error import VARIANTS
@@ -180,7 +181,8 @@ def test_interfaces_at_one_place_move_as_one(beam_bodies):
         modes_at_speed(assemble({"rotor": Rotor(element=e, speed_ratio=1.0)}, ()), speed, 8)
         for e in (element, plain)
     )
-    assert found.frequency_hz == pytest.approx(expected.frequency_hz, rel=1e-8, abs=1e-6)
+    # the plane cuts the seat: five rings stand for it, not three, and the modes left out differ
+    assert found.frequency_hz == pytest.approx(expected.frequency_hz, rel=1e-5, abs=1e-6)
     assert expected.frequency_hz.max() > 400.0
 
 
@@ -210,6 +212,18 @@ def test_rigid_slab_is_rigid(beam_bodies):
                 b["reference"], kind="face", start_m=0.145, end_m=0.145, radius_m=(0.05, 0.1)
             ),
             "flat of a disk",
+        ),
+        (
+            lambda b: seated(
+                shapes.body(
+                    shapes.section("shaft", 0.0, 0.4, 0.005, 0.02),
+                    interfaces=[shapes.plane("p0", 0.0)],
+                ),
+                kind="inner",
+                start_m=0.1,
+                end_m=0.12,
+            ),
+            "bore of 0.005 m in a shaft of 0.02 m",
         ),
         (lambda b: dataclasses.replace(b["drum"], interfaces=()), "at least one interface"),
     ],

@@ -15,7 +15,7 @@ from solidwhirl.bodies.reduction import first_discretisation
 from solidwhirl.bodies.refinement import Round, rounds_of
 from solidwhirl.build import bearing, body, cylinder, scene
 from solidwhirl.cache.files import StageStore
-from solidwhirl.console.summary import warning_lines
+from solidwhirl.console.summary import warning_texts
 from solidwhirl.core.errors import MemoryShortageError
 from solidwhirl.cost import forecast as forecasts
 from solidwhirl.cost.engine import seconds_of, stage_works
@@ -293,7 +293,7 @@ def test_a_run_that_may_not_go_on_has_the_results_of_its_best_round(tmp_path, mo
     document = results_document(stopped)
     assert document["accuracy"]["met"] is False
     assert document["accuracy"]["rounds"][-1]["stopped"] == only.stopped
-    (line,) = warning_lines(stopped, document)
+    line = warning_texts(document)[-1]
     assert "accuracy not met" in line and only.stopped in line
     if lacking == "factor":
         later = run_scene(asked, store=store)

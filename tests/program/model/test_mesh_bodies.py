@@ -34,7 +34,7 @@ from solidwhirl.scene_reading.reader import parse_scene, scene_hash
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "meshing"))
 
-from mesh_makers import brick
+from mesh_makers import brick, drawn
 from toml_text import toml
 
 pytestmark = pytest.mark.solver
@@ -372,12 +372,61 @@ REFUSED = {
 }
 
 
+JOINED = {"file": "rotor.step", "size_m": 0.03, "joints": [{"between": ["shaft", "hub"]}]}
+REFUSED |= {
+    "joints of a mesh": (
+        {"joints": JOINED["joints"]},
+        SceneError,
+        "joints are between the solids of STEP files",
+    ),
+    "joints of sectors": (JOINED | {"sectors": 8}, SceneError, "leave out sectors"),
+    "joints twice": (
+        JOINED | {"joints": [{"between": ["a b", "c"]}, {"between": ["c", "a b"]}]},
+        SceneError,
+        "two joints are between the same solids",
+    ),
+    "part of a seat": (
+        JOINED | {"joints": [{"between": ["a", "b"], "over_m": [0.1, 0.2]}]},
+        SceneError,
+        "over_m is for joints of sections",
+    ),
+}
+
+
 @pytest.mark.parametrize("case", REFUSED)
 def test_refusals_have_one_message(folder, case):
     changes, kind, message = REFUSED[case]
     body = {k: v for k, v in (MESHED | changes).items() if v is not None}
     with pytest.raises(kind, match=message):
         build_mesh_bodies(scene(folder, mesh_bodies={"rotor": body}, bearings=[]))
+
+
+def test_a_fit_as_drawn_is_told_with_the_speed_that_loosens_it(tmp_path):
+    """Loosening speed of a hub: that of Lamé's rings without contraction, of equal length."""
+    drawn(tmp_path / "fit.step", 10.0 - 0.01, beyond_mm=0)
+    cork = {"density_kg_per_m3": 8000.0, "youngs_modulus_pa": 2e11, "poissons_ratio": 0.0}
+    body = {
+        "file": "fit.step",
+        "length_unit": "mm",
+        "material": "cork",
+        "size_m": 0.004,
+        "joints": [{"between": ["shaft", "hub"]}],
+        "interfaces": [{"name": "rear", "box_m": [[-0.01, -0.01, 0.06], [0.01, 0.01, 0.07]]}],
+    }
+    asked = scene(
+        tmp_path,
+        materials={"cork": cork},
+        mesh_bodies={"rotor": body},
+        bearings=[{"name": "rear", "first": "rotor.rear", "stiffness_n_per_m": 1e7}],
+        speeds={"list_rpm": [0.0, 4e4]},
+        model={"estimates": "off", "modes": 4},
+    )
+    document = results_document(run(asked))
+    (joint,) = document["bodies"]["rotor"]["joints"]
+    loose = np.sqrt(4.0 * 2e11 * 1e-5 / (8000.0 * 0.01 * 3.0 * 0.03**2)) * 30.0 / np.pi
+    assert joint["interference_m"] == pytest.approx(1e-5, rel=1e-6)
+    assert joint["loose_at_rpm"] == pytest.approx(loose, rel=1e-3)
+    assert document["bodies"]["rotor"]["source"]["sectors"] is None
 
 
 def test_scenes_count_by_the_content_of_their_meshes(folder, tmp_path):

@@ -62,7 +62,7 @@ def scene(folder, bearing=None, **changes):
 SECTORS = {
     0: "sectors: Input should be greater than or equal to 3",
     1: "1 sector is the whole; leave sectors out",
-    2: "2 sectors do not bend alike in all directions",
+    2: "2 sectors make an asymmetric body",
     10_001: "sectors: Input should be less than or equal to 10000",
     "12": "sectors: Input should be a valid integer",
     12.0: "sectors: Input should be a valid integer",

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from solidwhirl.core.errors import SceneError
 from solidwhirl.output.documents import compared, results_document, value_at
 from solidwhirl.page.frame.build import page_html
+from solidwhirl.page.frame.plotly_chart import page_chart
 from solidwhirl.page.frame.records import Chart, Run, Section, Table, Text
 from solidwhirl.page.frame.render import cell_text, data_json, plain, table_html, text_html
 from solidwhirl.page.run import meshes
@@ -21,6 +22,7 @@ from solidwhirl.page.run.meshes import boundary_of, edges_of
 from solidwhirl.page.sections import write_report
 from solidwhirl.pipeline.cached_stages import engine_part
 from solidwhirl.pipeline.run import run_scene
+from solidwhirl.rotordyn.plots import chart as charts
 from solidwhirl.rotordyn.plots.matplotlib_chart import draw_charts
 from solidwhirl.scene.records import ReferenceSpec
 from solidwhirl.scene_reading.reader import parse_scene, scene_hash
@@ -93,6 +95,21 @@ def test_a_page_without_charts_is_small_and_asks_for_nothing():
     assert "<title>&lt;t&gt;</title>" in page
     assert not re.search(r"""(?:src|href)\s*=\s*["']?(?!data:|#)[\w/.]""", page.split("<script")[0])
     assert "@import" not in page and "url(" not in page
+
+
+def test_a_legend_names_equal_ranges_once():
+    """As operating speeds of several shafts, with other marks between them."""
+    spans = [
+        charts.Span(low=k, high=k + 1.0, name=name, between=(0.0, 1.0))
+        for k in range(3)
+        for name in ("operating speed", "asked")
+    ]
+    line = charts.Curve(x=np.arange(2.0), y=np.arange(2.0), name="forward")
+    marks = [m for span in spans for m in (span, line)]
+    axes = {key: charts.Axis(label=key) for key in "xy"}
+    drawn = page_chart(charts.Chart(name="c", title="c", parts=marks, **axes))
+    named = [t["name"] for t in drawn.traces if t["showlegend"] and t.get("fill")]
+    assert named == ["operating speed", "asked"]
 
 
 def test_edges_of_a_mesh_obey_euler():

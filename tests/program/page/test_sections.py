@@ -72,7 +72,7 @@ def charts() -> list[Chart]:
 def test_every_kind_of_analysis_is_shown():
     run = everything()
     asked = {spec.kind: spec.label for spec in run.results.scene.analyses}
-    # the scene of these tests has no meshed body, none that bends unlike in two planes, no magnets
+    # the scene of these tests has no meshed body, none that is asymmetric, no magnets
     assert set(asked) == set(KINDS) - {
         *("recovery", "nodal_diameters", "asymmetric_response", "level_comparison", "sensitivity")
     }

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import copy
+import math
+import re
 from pathlib import Path
 from random import Random
 
@@ -13,7 +15,7 @@ from solidwhirl.geometry import MATERIALS, GeometryError
 from solidwhirl.model.bodies import build_bodies
 from solidwhirl.model.effects import make_plan
 from solidwhirl.model.system_parts import engine_of, simple_elements
-from solidwhirl.plausibility.units import implausible
+from solidwhirl.plausibility.units import implausible, refuse_bursting
 from solidwhirl.rotordyn.modes.free_motions import free_lateral_motions
 from solidwhirl.scene_reading.reader import parse_scene
 from solidwhirl.scene_reading.weight import free_lateral_groups
@@ -24,6 +26,11 @@ SCENES = Path(__file__).resolve().parents[3] / "scenes"
 def doubts(data):
     scene = parse_scene(data, folder=SCENES)
     return implausible(scene, build_bodies(scene))
+
+
+def refuse(data):
+    scene = parse_scene(data, folder=SCENES)
+    refuse_bursting(scene, build_bodies(scene))
 
 
 def scaled(value, factor):
@@ -155,6 +162,41 @@ def test_real_rotors_are_not_questioned_but_in_millimetres(name):
     sizes = [length, radius, disk, width]
     assert doubts(rotor(*sizes, rpm, stiffness, *material)) == ()
     assert doubts(rotor(*(1e3 * size for size in sizes), rpm, stiffness, *material))
+
+
+@pytest.mark.parametrize("name", REAL)
+def test_radii_in_millimetres_are_refused_before_the_mesh(name):
+    """Lengths in metres and radii in millimetres, at speeds that burst a disk of that radius."""
+    length, radius, disk, width, rpm, stiffness, *material = REAL[name]
+    refuse(rotor(length, radius, disk, width, rpm, stiffness, *material))
+    data = rotor(length, 1e3 * radius, 1e3 * disk, width, rpm, stiffness, *material)
+    # rim of a free disk strained by 5 %: u/r = (1 - nu)/4 rho v^2/E
+    density, modulus, poisson = UNUSUAL.get(*material or [""], (7800.0, 2e11, 0.3))
+    limit = math.sqrt(0.05 * 4.0 / (1.0 - poisson) * modulus / density)
+    fast = [r for r in (1e3 * radius, 1e3 * disk) if r >= 1.0 and r * rpm * math.pi / 30 > limit]
+    if name == "watch balance":  # so slow that even metres hold
+        assert not fast
+        refuse(data)
+        assert any("millimetres" in doubt.message for doubt in doubts(data))
+        return
+    with pytest.raises(GeometryError) as caught:
+        refuse(data)
+    said = re.fullmatch(
+        r"bodies\.rotor\.sections\[\d\]\.outer_radius_m: (\S+) m, .* more than (\S+) m/s\. "
+        r"Radii are in metres \((\S+) mm is (\S+)\); .*",
+        str(caught.value),
+    )
+    assert said and float(said[1]) == float(said[3]) == pytest.approx(1e3 * float(said[4]))
+    assert float(said[1]) == pytest.approx(fast[0])
+    assert float(said[2]) == pytest.approx(limit, rel=2e-2)  # three digits, and the grade of steel
+
+
+def test_beam_in_millimetres_is_refused_where_it_turns_fast():
+    shaft = beam([0.0, 0.4], 20.0, {"a": 0.0}, material="steel", speed_ratio=1.0)
+    fast = {"name": "beam", "speeds": {"list_rpm": [0.0, 3000.0]}, "beams": {"b": shaft}}
+    with pytest.raises(GeometryError, match=r"^beams\.b\.outer_radius_m: 20 m.*20 mm is 0\.02"):
+        refuse(fast)
+    refuse({**fast, "speeds": {"list_rpm": [0.0, 300.0]}})
 
 
 def test_a_consistent_system_of_millimetres_is_questioned(scene_data):

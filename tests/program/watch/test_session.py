@@ -370,7 +370,7 @@ def test_an_asymmetric_body_is_shown_when_sliders_rest(watched, tmp_path):
     path.write_text(BAR, encoding="utf-8")
     session, told = watched(path)
     assert told.wait("picture")["stage"] == "whole"
-    assert "bends unlike in two planes" in told.last("scene")["remarks"][0]
+    assert "is asymmetric" in told.last("scene")["remarks"][0]
     session.move({"bearings.0.stiffness_n_per_m": 1e7})
     found = told.wait("picture")
     assert found["stage"] == "whole" and found["positions"] and found["chart"] is not None

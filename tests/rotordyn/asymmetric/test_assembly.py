@@ -1,4 +1,4 @@
-"""Engines with a body that bends unlike in two planes, against the same written by hand."""
+"""Engines with an asymmetric body, against the same written by hand."""
 
 from __future__ import annotations
 

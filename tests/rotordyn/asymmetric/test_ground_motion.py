@@ -1,4 +1,4 @@
-"""Ground motion of engines with bodies that bend unlike in two planes."""
+"""Ground motion of engines with asymmetric bodies."""
 
 from __future__ import annotations
 

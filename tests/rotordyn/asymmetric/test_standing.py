@@ -1,4 +1,4 @@
-"""Bodies that bend unlike in two planes at rest, at some angle, under weight."""
+"""Asymmetric bodies at rest, at some angle, under weight."""
 
 from __future__ import annotations
 

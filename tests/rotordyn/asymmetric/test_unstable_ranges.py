@@ -1,4 +1,4 @@
-"""Bodies that bend unlike in two planes: closed forms, two-bladed hubs, multipliers of a period."""
+"""Asymmetric bodies: closed forms, two-bladed hubs, multipliers of a period."""
 
 from __future__ import annotations
 
