@@ -34,6 +34,7 @@ def test_branch_jumps_and_stability(results):
     found = results.analyses["nonlinear_response"].document
     assert found["harmonics"] == 1 and found["truncation_error_estimate"] < 1e-9
     (branch,) = found["branches"]
+    assert branch["followed_to_its_end"] and not branch["open_ends"] and not found["notes"]
     omega = np.array(branch["speed_rpm"]) * RPM
     r = np.array(branch["places"]["rotor.m"]["largest_radius_m"])
     held = 2 * STIFFNESS - MASS * omega**2 + 200j * omega + CUBIC["radial_n_per_m3"] * r**2

@@ -223,6 +223,20 @@ def test_a_range_within_the_bistable_part_of_a_spring_along_x():
             assert np.abs(moved / size).max() < 1e-4  # 1e-5, and what a turn makes of it
 
 
+def test_an_open_end_is_told():
+    """Without damping the motion at a resonance has no bound."""
+    problem = forced(CubicSpring(), system=jeffcott(damping=0.0))
+    course = Course(
+        equations=partial(balance, problem), low=900.0, high=1100.0, unit=200.0, longest=0.1,
+        size_m=1e-12, bound_m=1e-4,
+    )  # fmt: skip
+    branch = through(course, first_point(problem, 900.0, 1))
+    assert branch.open_ends == ((-1, "grows"),)
+    # m e ω² = |k − m ω²| r
+    omega, r = branch.points[-1].point.parameter, np.hypot(*branch.points[-1].point.motion_m[1])
+    assert r > 1e-4 and omega == pytest.approx(np.sqrt(STIFFNESS / MASS / (1 + OFFSET / r)))
+
+
 # -- convergence in the number of harmonics ------------------------------------------------------
 
 
