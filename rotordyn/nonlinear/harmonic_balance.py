@@ -19,8 +19,8 @@ from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
 from solidwhirl.rotordyn.nonlinear.forced_system import Condensed, ForcedSystem, condensed
 from solidwhirl.rotordyn.nonlinear.forces import ForceSamples
 
-# Samples of a period: at least, and per harmonic; where a motion is only the start of another.
-_SAMPLES, _PER_HARMONIC, _FEW_SAMPLES = 512, 16, 128
+# Samples of a period: at least, and per harmonic.
+_SAMPLES, _PER_HARMONIC = 512, 16
 _MOST_STEPS, _SHORTENED = 14, 6
 # A correction, relative to the motion, at which Newton's method has converged.
 _CONVERGED = 1e-11
@@ -152,31 +152,26 @@ def balance(forced: ForcedSystem, motion_m: FloatArray, speed_rad_s: float) -> B
     """Return what is out of balance in a motion (2h + 1, 2j); the parameter is the speed."""
     harmonics = len(motion_m) // 2
     part = condensed(forced, speed_rad_s, harmonics, forced.motion)
-    return _balanced(forced, motion_m, speed_rad_s, part, fourier(harmonics))
+    return _balanced(forced, motion_m, speed_rad_s, part)
 
 
 def over_load(forced: ForcedSystem, speed_rad_s: float, harmonics: int) -> Equations:
     """Return what is out of balance at a speed under sinh p times the loads; p is the parameter."""
     part = condensed(forced, speed_rad_s, harmonics, forced.motion)
-    series = fourier_of(_FEW_SAMPLES, harmonics)
 
     def at(motion_m: FloatArray, parameter: float) -> Balance:
         loaded = part._replace(free_m=np.sinh(parameter) * part.free_m)
         rise = -np.cosh(parameter) * as_real(part.free_m).ravel()
-        found = _balanced(forced, motion_m, speed_rad_s, loaded, series)
-        return found._replace(by_parameter=rise)
+        return _balanced(forced, motion_m, speed_rad_s, loaded)._replace(by_parameter=rise)
 
     return at
 
 
 def _balanced(
-    forced: ForcedSystem,
-    motion_m: FloatArray,
-    speed_rad_s: float,
-    part: Condensed,
-    series: Fourier,
+    forced: ForcedSystem, motion_m: FloatArray, speed_rad_s: float, part: Condensed
 ) -> Balance:
-    (count, width), omega = motion_m.shape, forced.frequency_ratio * speed_rad_s
+    count, width = motion_m.shape
+    series, omega = fourier(count // 2), forced.frequency_ratio * speed_rad_s
     turned = series.slopes @ motion_m
     samples = joint_samples(forced, series.values @ motion_m, omega * turned)
     force = np.zeros((count, width))
