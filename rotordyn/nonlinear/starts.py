@@ -35,7 +35,7 @@ _BETWEEN, _HARMONICS, _LONGEST = 6, 3, 0.4
 # Motions under loads are followed up to so many times what damping allows, or the linear motion.
 _BOUND, _MOST, _DEPENDENT = 3.0, 1e4, 1e-9
 # and up to 1000 times the loads, and so many of them: in films no other bound is reached.
-_HEAVY, _POINTS = float(np.arcsinh(1e3)), 400
+_HEAVY, _POINTS = float(np.arcsinh(1e3)), 200
 # Speeds at which motions are started in time, how far out beside the known motion, how many each.
 _SPEEDS, _SIZES, _EACH = 12, (1.0, 3.0, 10.0), 4
 # Motions that differ by less than this part are one.
