@@ -41,7 +41,7 @@ def symmetry(body: Body) -> Symmetry:
 
     "round": of revolution. "cyclic": its features have N >= 3 equal sectors. "staged": those of
     every stage have, each a number of its own, so that stages are joined by a drum. "asymmetric":
-    none of these, as with one keyway or two flats; it is asymmetric. Raises
+    none of these, as with one keyway or two flats. Raises
     GeometryError: an invalid body.
     """
     if not body.features:

@@ -8,6 +8,9 @@ with the stress at unit speed from a static solution of the whole. Nothing here 
 
 from __future__ import annotations
 
+from reduced import sparse  # loads h5py, which fails behind dolfinx
+
+# isort: split
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +18,6 @@ import scipy.sparse.linalg as spla
 import ufl
 from dolfinx import fem
 from mpi4py import MPI
-from reduced import sparse
 
 from solidwhirl.meshing.own.whole import whole_mesh
 from solidwhirl.reduction.operators import compat

@@ -231,7 +231,8 @@ def _refuse_dependent_interfaces(element: Superelement, request: ReductionReques
     ].all():
         raise ReductionError(
             f"body {element.name!r} can not move as a rigid one in its superelement: an interface "
-            "moves as others make it, such as one that is the union of two others; leave it out"
+            "moves as others make it, such as one that is the union of two others (leave it out), "
+            "or Poisson's ratio is so near to 0.5 that rounding is left of its stiffness"
         )
 
 

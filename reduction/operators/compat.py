@@ -5,6 +5,7 @@ Nothing else in the project calls a dolfinx function whose name or signature dif
 
 from __future__ import annotations
 
+import ctypes
 import re
 import sys
 import warnings
@@ -51,6 +52,19 @@ with warnings.catch_warnings(), _hidden("llvmlite"):
     from dolfinx import mesh as _mesh
 
 guard_compiler(ffcx.codegeneration.jit)
+
+# MPI has malloc keep what is freed, for networks that remember addresses. A factorisation is given
+# the free memory as address space; kept after each, it grew to hundreds of gigabytes, of which the
+# system grants no copy to a fork. Large blocks (32 MiB) are mapped, and end when they are freed.
+_M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD, _M_MMAP_MAX = -1, -3, -4
+if sys.platform == "linux":
+    with suppress(AttributeError):  # another C library than glibc
+        for _option, _value in (
+            (_M_MMAP_MAX, 65536),
+            (_M_MMAP_THRESHOLD, 32 << 20),
+            (_M_TRIM_THRESHOLD, 64 << 20),
+        ):
+            ctypes.CDLL(None).mallopt(_option, _value)
 
 if np.dtype(PETSc.ScalarType).kind == "c":
     raise ImportError(

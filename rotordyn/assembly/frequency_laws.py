@@ -58,6 +58,10 @@ class FrequencyLaw(SpeedLaw, DynamicStiffness, Protocol):
         """Whether Z is anything but K(Ω, |Im s|) + s C(Ω, |Im s|)."""
 
     @property
+    def is_table(self) -> bool:
+        """Whether Z is linear in the frequency between knots, and constant beyond them."""
+
+    @property
     def knots_of_frequency(self) -> tuple[float, ...]:
         """Frequencies at which Z is not smooth, rising; it is constant before and beyond them."""
 
@@ -121,6 +125,7 @@ class AnyFrequencyLaw:
     size = 2
     depends_on_frequency = True
     depends_on_growth = True
+    is_table = False
     knots_of_frequency: tuple[float, ...] = ()
 
     def dynamic_stiffness(self, speed_rad_s: float, rate: complex) -> ComplexArray:
@@ -182,6 +187,7 @@ class FrequencyTableLaw(AnyFrequencyLaw):
     frequencies_rad_s: FloatArray = field(default_factory=lambda: np.zeros(0))
     interpolation: str = "monotone"
     static_loads_n: FloatArray | None = None
+    is_table = True
     # polynomials of the speed at each frequency, (f, pieces, 4, K C M, d, d), and their starts
     _starts: tuple[float, ...] = field(init=False, repr=False)
     _rows: FloatArray = field(init=False, repr=False)
@@ -335,6 +341,11 @@ class MirroredFrequencyLaw(OfAnotherLaw, AnyFrequencyLaw):
     def size(self) -> int:  # type: ignore[override]
         """Number of motions."""
         return self.law.size
+
+    @property
+    def is_table(self) -> bool:  # type: ignore[override]
+        """Whether the law is a table."""
+        return self.law.is_table
 
     @property
     def knots_of_frequency(self) -> tuple[float, ...]:  # type: ignore[override]

@@ -16,8 +16,7 @@ from solidwhirl.rotordyn.campbell.matching import (
 )
 from solidwhirl.rotordyn.core.arrays import ComplexArray, together
 from solidwhirl.rotordyn.modes.eigen import Modes, mode_columns, modes_at_speed
-from solidwhirl.rotordyn.modes.frequency_dependent import modes_near
-from solidwhirl.rotordyn.modes.nearby import nearby_modes
+from solidwhirl.rotordyn.modes.nearby import modes_near, nearby_modes
 
 # Eigenvalues closer than this (relative) are sought as one group.
 _NEAR = 2e-3

@@ -6,6 +6,7 @@ allows, whichever is more; both are worked out for each number.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from typing import NamedTuple
@@ -28,6 +29,8 @@ from solidwhirl.rotordyn.checks.plain_system import (
     root_error,
 )
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
+from solidwhirl.rotordyn.core.second_order import SecondOrder
+from solidwhirl.rotordyn.core.spectrum import spectrum
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.modes.damping import DEFAULT_RULE
 from solidwhirl.rotordyn.superelement.invariants import Invariant, compared, undecided
@@ -188,11 +191,14 @@ def check_critical_roots(
     roots: Sequence[tuple[float, complex]],
     excitation_ratio: float,
     speed_max_rad_s: float,
+    operator: SecondOrder | None = None,
 ) -> tuple[Invariant, ...]:
     """Check critical speeds against the system as it is given.
 
     `roots`: each critical speed Ω with its eigenvalue λ, Im λ = |α| Ω, by rising Ω;
-    `excitation_ratio`, `speed_max_rad_s`: |α|, and the end of the range. Returns relative error of
+    `excitation_ratio`, `speed_max_rad_s`: |α|, and the end of the range; `operator`: what roots are
+    counted in where bearings depend on the frequency: one frozen at iαΩ has roots that the system,
+    with the states of controllers among its unknowns, has not. Returns relative error of
     every root; critical speeds that are missing. The number of roots above the line of the
     excitation changes at critical speeds alone, as roots that begin or end do so at zero frequency;
     it is taken between any two neighbours of the list.
@@ -209,7 +215,8 @@ def check_critical_roots(
     if between.size * work > 10.0 * _WORK:
         reason = f"it takes all roots at {between.size} speeds, too long for so many coordinates"
         return (*out, undecided(COUNT_SPEEDS, where, concerns, reason))
-    above = [_above(plain, speed, excitation_ratio) for speed in between]
+    counted = operator if plain.depends_on_frequency else None
+    above = [_above(plain, counted, speed, excitation_ratio) for speed in between]
     faults = []
     for (low, first), (high, last) in pairwise(zip(between, above, strict=True)):
         if first is None or last is None:
@@ -220,7 +227,10 @@ def check_critical_roots(
             continue
         # roots so damped that they do not resonate are no critical speeds
         ends = ((float(low), first), (float(high), last))
-        met = _meetings(plain, *ends, excitation_ratio)
+        met = _meetings(plain, counted, *ends, excitation_ratio)
+        if met is None:
+            reason = "more roots come and go on the line of the excitation than there are: rounding"
+            return (*out, undecided(COUNT_SPEEDS, where, concerns, reason))
         count = DEFAULT_RULE.counts(np.array([m.root for m in met], dtype=complex))
         speeds = np.array([m.speed for m in met])[count]
         lost = [s for s in speeds if not (np.abs(inside - s) <= _SAME * s).any()]
@@ -239,24 +249,40 @@ class _Meeting(NamedTuple):
 
 
 def _meetings(
-    plain: PlainSystem, low: tuple[float, int], high: tuple[float, int], ratio: float
-) -> list[_Meeting]:
-    """Return what changes the number of roots above a line between two speeds."""
-    (start, first), (end, last) = low, high
-    middle = 0.5 * (start + end)
-    if end - start <= _NARROW * end:
-        values = _on_line(plain, middle, ratio)
-        order = np.argsort(np.abs(values.imag - ratio * middle))[: abs(first - last)]
-        return [_Meeting(middle, complex(values[at])) for at in order]
-    values = _on_line(plain, middle, ratio)
-    there = int(np.count_nonzero(values.imag > ratio * middle))
-    halves = ((low, (middle, there)), ((middle, there), high))
-    return [m for a, b in halves if a[1] != b[1] for m in _meetings(plain, a, b, ratio)]
+    plain: PlainSystem,
+    operator: SecondOrder | None,
+    low: tuple[float, int],
+    high: tuple[float, int],
+    ratio: float,
+) -> list[_Meeting] | None:
+    """Return what changes the number of roots above a line between two speeds.
+
+    None where it changes more often than there are roots, which rounding alone makes.
+    """
+    found, wide = [], deque([(low, high)])
+    while wide:
+        low, high = wide.popleft()
+        (start, first), (end, last) = low, high
+        middle = 0.5 * (start + end)
+        values = _on_line(plain, operator, middle, ratio)
+        if end - start <= _NARROW * end:
+            order = np.argsort(np.abs(values.imag - ratio * middle))[: abs(first - last)]
+            found += [_Meeting(middle, complex(values[at])) for at in order]
+        else:
+            there = (middle, int(np.count_nonzero(values.imag > ratio * middle)))
+            wide += [(a, b) for a, b in ((low, there), (there, high)) if a[1] != b[1]]
+        if len(found) + len(wide) > values.size:
+            return None
+    return sorted(found, key=lambda m: m.speed)
 
 
-def _on_line(plain: PlainSystem, speed: float, ratio: float) -> ComplexArray:
+def _on_line(
+    plain: PlainSystem, operator: SecondOrder | None, speed: float, ratio: float
+) -> ComplexArray:
     """Return all roots with bearings as they are at the frequency of the excitation."""
     line = ratio * speed
+    if operator is not None:
+        return spectrum(operator, speed, line, line).values
     return full_spectrum(plain.at(speed, 1j * line), line)
 
 
@@ -282,15 +308,17 @@ def _between(listed: FloatArray, top: float, knots: Sequence[float]) -> FloatArr
     return np.asarray(np.unique(np.concatenate(([low], middle[apart], inner, [top]))))
 
 
-def _above(plain: PlainSystem, speed: float, ratio: float) -> int | None:
+def _above(
+    plain: PlainSystem, operator: SecondOrder | None, speed: float, ratio: float
+) -> int | None:
     """Number of roots above the line of an excitation; None if one lies on it."""
     line = ratio * speed
     matrices = plain.at(float(speed), 1j * line)
-    if is_counted_by_signs(matrices):
+    if operator is None and is_counted_by_signs(matrices):
         sides = (1.0 - _ON_THE_LINE, 1.0 + _ON_THE_LINE)
         below, at_most = (modes_below(matrices, side * line) for side in sides)
         return len(matrices.mass) - below if below == at_most else None
-    away = full_spectrum(matrices, line).imag - line
+    away = _on_line(plain, operator, float(speed), ratio).imag - line
     if (np.abs(away) <= _ON_THE_LINE * line).any():
         return None
     return int(np.count_nonzero(away > 0))

@@ -264,7 +264,9 @@ def _signed(
 def reciprocal(inverse: FloatArray | ComplexArray) -> ComplexArray:
     """Return 1/μ of eigenvalues μ, or say that a root is beyond the range of numbers."""
     if not inverse.all():
-        raise AnalysisError("an eigenvalue is beyond the range of numbers")
+        raise AnalysisError(
+            "an eigenvalue is beyond the range of numbers; check masses, stiffnesses and damping"
+        )
     return np.asarray(1.0 / inverse)
 
 

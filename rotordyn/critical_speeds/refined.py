@@ -8,7 +8,7 @@ import numpy as np
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.core.arrays import ComplexArray
-from solidwhirl.rotordyn.modes.frequency_dependent import modes_near
+from solidwhirl.rotordyn.modes.nearby import modes_near
 
 # Steps at most for one critical speed, and its relative accuracy.
 _STEPS, _ACCURACY = 16, 1e-12

@@ -13,8 +13,8 @@ from solidwhirl.rotordyn.core.dense import scale_by_stiffness
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.critical_speeds.damped import followed_to_the_line
-from solidwhirl.rotordyn.critical_speeds.growing import with_growth
 from solidwhirl.rotordyn.critical_speeds.lightly_damped import lightly_damped
+from solidwhirl.rotordyn.critical_speeds.met import met_with_laws
 from solidwhirl.rotordyn.critical_speeds.speed_roots import speed_roots
 from solidwhirl.rotordyn.critical_speeds.undamped import undamped_critical_speeds
 from solidwhirl.rotordyn.critical_speeds.whirl_pencils import (
@@ -30,8 +30,6 @@ from solidwhirl.rotordyn.modes.whirl import motion_of
 # Systems and ratios whose critical speeds are kept: analyses ask for the same ones. Limits that are
 # closer than this (relative) are one.
 _KEPT, _ROUNDING = 8, 1e-12
-# How far beyond the limit a critical speed may lie that added mass with damping brings below it.
-_BEYOND = 1.1
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -137,7 +135,8 @@ def critical_speeds(
     With light damping each is refined from the one without it, and counts of the modes below the
     excitation prove that none is missing; else the branches are followed from rest and Im λ(Ω) = αΩ
     is solved on each; steps begin and end at the critical speeds without damping and the knots of
-    speed laws. Bearings that depend on the frequency are taken at αΩ, which is that of the mode.
+    speed laws. Bearings that depend on the frequency are read at αΩ, which is that of the mode, so
+    that no root is made up; controllers are states.
     Motions that creep, of a damping ratio above 0.995, are left out.
     """
     ratio, limit = checked_excitation(assembled, excitation_ratio, speed_max_rad_s)
@@ -262,15 +261,12 @@ def _damped(
 
     `assembled`: with bearings at the frequency of the excitation; `given`: as they are.
     """
-    growing = any(law.depends_on_growth for law in given.frequency_laws)
-    reach = _BEYOND * limit if growing else limit
-    found = lightly_damped(assembled, ratio, reach)
-    if found is None:
-        found = followed_to_the_line(assembled, ratio, reach)
-    if growing:
-        moved = with_growth(given, ratio, found)
-        found = [meeting for meeting in moved if meeting.speed <= limit]
-    found = sorted(found, key=lambda item: item.speed)
+    if given.depends_on_frequency:
+        met = met_with_laws(given, ratio, limit)
+    else:
+        light = lightly_damped(assembled, ratio, limit)
+        met = followed_to_the_line(assembled, ratio, limit) if light is None else light
+    found = sorted(met, key=lambda item: item.speed)
     # Im λ = αΩ here but for rounding, which is no small part of it where Re λ is far larger
     values = np.array([complex(m.value.real, ratio * m.speed) for m in found], dtype=complex)
     shapes = np.array([item.shape for item in found], dtype=complex).reshape(-1, assembled.size)

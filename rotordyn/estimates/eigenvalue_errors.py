@@ -23,7 +23,7 @@ from solidwhirl.rotordyn.core.arrays import (
     together,
 )
 from solidwhirl.rotordyn.modes.eigen import Modes, mode_columns
-from solidwhirl.rotordyn.modes.frequency_dependent import with_own_bearings
+from solidwhirl.rotordyn.modes.nearby import with_own_bearings
 from solidwhirl.rotordyn.perturbation.left_vectors import ModePairs, mode_pairs, state_products
 from solidwhirl.rotordyn.superelement.residual_energy import (
     NOT_SUMMED,

@@ -17,8 +17,8 @@ from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyAr
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.modes.damping import PEAKLESS, log_decrement
 from solidwhirl.rotordyn.modes.eigen import modes_at_speed
-from solidwhirl.rotordyn.modes.frequency_dependent import modes_near
 from solidwhirl.rotordyn.modes.kinds import energy_shares, is_mostly_lateral
+from solidwhirl.rotordyn.modes.nearby import modes_near
 from solidwhirl.rotordyn.modes.whirl import interface_orbits
 
 # Steps over the range that is asked for, doublings of it in search of the loss of stability, and

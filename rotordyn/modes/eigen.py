@@ -28,9 +28,9 @@ from solidwhirl.rotordyn.core.kept import Kept
 from solidwhirl.rotordyn.core.reprs import hertz
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.modes.damping import damping_ratio, log_decrement
-from solidwhirl.rotordyn.modes.frequency_dependent import dependent_modes
 from solidwhirl.rotordyn.modes.split_spectrum import plane_spectrum, split_spectrum
 from solidwhirl.rotordyn.modes.whirl import separated_whirl
+from solidwhirl.rotordyn.modes.with_laws import modes_with_laws
 
 # Frequencies closer than this (relative) are one group, which is never cut in two.
 _EQUAL = 1e-6
@@ -70,6 +70,9 @@ class Modes(ReadOnlyArrays):
     family
         1 for whirl with +z, −1 against it, 0 for axial motion and torsion, shape (m,): modes of
         different families never mix. None where the system tells no families apart.
+    index
+        1, or −1 for a root that a law over the frequency makes by rising more steeply than a
+        passive support can: shown, but no verdict rests on it; shape (m,). None where all are 1.
     """
 
     speed_rad_s: float
@@ -79,6 +82,7 @@ class Modes(ReadOnlyArrays):
     zero_count: int
     negative_stiffness_count: int
     family: IntArray | None = None
+    index: IntArray | None = None
 
     def __repr__(self) -> str:
         unstable = int((self.log_decrement < 0).sum())
@@ -116,8 +120,7 @@ def modes_at_speed(
     Hermitian one and λ is exactly imaginary; otherwise as a general one. See `spectrum`.
 
     Where the force of bearings depends on the frequency, each mode is one of the system with the
-    bearings as they are at its own frequency; none is missing, by counts
-    (`frequency_dependent.dependent_modes`).
+    bearings as they are at its own frequency; none is missing (`with_laws.modes_with_laws`).
 
     Any combination of equal modes is a mode: in a turning system those that whirl forward and
     backward the most are returned, see `whirl.separated_whirl`.
@@ -181,6 +184,7 @@ def _computed(assembled: AssembledSystem, speed_rad_s: float, count: int | None)
         eigenvalues=modes.eigenvalues[:kept],
         shapes=normalised(shapes, matrices.mass),
         family=None if modes.family is None else modes.family[:kept],
+        index=None if modes.index is None else modes.index[:kept],
     )
 
 
@@ -191,6 +195,7 @@ def mode_columns(modes: Modes, columns: IntArray) -> Modes:
         eigenvalues=modes.eigenvalues[columns],
         shapes=modes.shapes[:, columns],
         family=None if modes.family is None else modes.family[columns],
+        index=None if modes.index is None else modes.index[columns],
     )
 
 
@@ -245,14 +250,15 @@ def _lowest_modes(
 
 def _dependent_modes(assembled: AssembledSystem, speed_rad_s: float) -> Modes:
     """Return all modes of a system whose bearings depend on the frequency."""
-    found = dependent_modes(assembled, speed_rad_s)
+    found = modes_with_laws(assembled, speed_rad_s)
     return Modes(
         speed_rad_s=speed_rad_s,
-        eigenvalues=found.spectrum.eigenvalues,
-        shapes=found.spectrum.shapes,
-        real_eigenvalues=found.spectrum.real_eigenvalues,
+        eigenvalues=found.values,
+        shapes=found.shapes,
+        real_eigenvalues=found.real_values,
         zero_count=found.zero_count,
         negative_stiffness_count=found.negative_count,
+        index=found.signs,
     )
 
 

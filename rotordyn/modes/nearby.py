@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.linalg as nla
 import scipy.linalg as la
 
-from solidwhirl.rotordyn.assembly.system import SpeedMatrices
+from solidwhirl.rotordyn.assembly.system import (
+    AssembledSystem,
+    SpeedMatrices,
+    at_rate,
+    matrices_at_speed,
+)
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, together
 from solidwhirl.rotordyn.core.dense import diagonal, uncoupled
 from solidwhirl.rotordyn.core.ledger import solved
@@ -22,7 +29,14 @@ _BESIDE, _PIVOT = (1e-7, 1e-5, 1e-3, 1e-2), 64 * np.finfo(float).eps
 # Iterations for left vectors, and the largest relative step of a value that they sharpen.
 _LEFT_STEPS, _SMALL = 3, 1e-6
 
+# Steps for one root with bearings at its own frequency, and the relative change at which it rests.
+_SECANTS, _RESTS = 15, 1e-12
+# Relative step of the derivative over the rate.
+_STEP = 1e-6
+
 LuFactors = tuple[ComplexArray, IntArray]
+# From a rate and what modes look like to their values and shapes; None where others are as near.
+Near: TypeAlias = Callable[[complex, ComplexArray], tuple[ComplexArray, ComplexArray] | None]
 
 
 def nearby_modes(
@@ -153,3 +167,83 @@ def _sharpened(
     step = miss / np.where(slope == 0, np.inf, slope)
     # what is no small step is of roots that meet, or of left vectors that are none
     return np.where(np.abs(step) <= _SMALL * np.abs(values), values - step, values)
+
+
+def modes_near(assembled: AssembledSystem, speed_rad_s: float) -> Near:
+    """Return what finds modes of a system at a speed near a rate, as `nearby_modes` does.
+
+    Where bearings depend on the frequency all of them are taken as they are at the mean of the
+    roots that are found, so that more than one shape is for equal roots.
+    """
+    if assembled.depends_on_frequency:
+        return partial(_with_own_frequency, assembled, speed_rad_s)
+    return partial(nearby_modes, matrices_at_speed(assembled, speed_rad_s))
+
+
+def _with_own_frequency(
+    assembled: AssembledSystem, speed_rad_s: float, rate: complex, shapes: ComplexArray
+) -> tuple[ComplexArray, ComplexArray] | None:
+    before, miss = complex(np.nan, 0.0), complex(np.nan, 0.0)
+    for _ in range(_SECANTS + 1):
+        matrices = matrices_at_speed(at_rate(assembled, rate), speed_rad_s)
+        found = nearby_modes(matrices, rate, shapes)
+        if found is None:
+            return None
+        shapes = found[1]
+        change = complex(found[0].mean()) - rate
+        if abs(change) <= _RESTS * abs(rate):
+            return found
+        is_first = np.isnan(before.real)
+        slope = -1.0 + 0j if is_first else (change - miss) / (rate - before)
+        # the secant method; a slope that is none leaves the plain iteration
+        step = -change / slope if abs(slope) > 0.1 else change
+        before, miss = rate, change
+        rate = complex(rate + step)
+    return None
+
+
+def with_own_bearings(
+    assembled: AssembledSystem,
+    speed_rad_s: float,
+    rate: complex,
+    vectors: tuple[ComplexArray, ComplexArray],
+    change: complex,
+) -> complex:
+    """Return the change of a root whose bearings change with it, from that of the frozen problem.
+
+    `rate`: s of the root; `vectors`: its left and right ones, yᵀ(2sM + V)x = 1 with the bearings
+    frozen at s; `change`: δs with those bearings, to first order. Z may change otherwise with the
+    frequency than with the growth: δs + yᵀBᵀ(∂Z/∂s − C)B x δs is solved for both parts.
+    """
+    growth, frequency = (
+        _beside_damping(assembled, speed_rad_s, rate, vectors, direction)
+        for direction in (1.0 + 0j, 1j)
+    )
+    columns = np.array([1.0 + growth, 1j + frequency])
+    real = np.array([columns.real, columns.imag])
+    found = np.linalg.solve(real, [change.real, change.imag])
+    return complex(found[0], found[1])
+
+
+def _beside_damping(
+    assembled: AssembledSystem,
+    speed_rad_s: float,
+    rate: complex,
+    vectors: tuple[ComplexArray, ComplexArray],
+    direction: complex,
+) -> complex:
+    """Return yᵀBᵀ(dZ − C ds)B x per unit step of s in a direction, all bearings together."""
+    left, right = vectors
+    step = _STEP * abs(rate) * direction
+    total = 0j
+    for joint in assembled.law_joints:
+        law = joint.frequency_law
+        if law is None:
+            continue
+        spin = abs(joint.speed_ratio * speed_rad_s)
+        ends = [law.dynamic_stiffness(spin, rate + sign * step) for sign in (-1.0, 1.0)]
+        change = (ends[1] - ends[0]) / (2.0 * abs(step))
+        damping = joint.with_law(law.at_rate(rate)).coefficients(speed_rad_s)[1]
+        rest = change - direction * damping
+        total += (joint.motion @ left) @ (rest @ (joint.motion @ right))
+    return complex(total)

@@ -25,7 +25,6 @@ from solidwhirl.rotordyn.modes.eigen import Modes, modes_at_speed
 from solidwhirl.rotordyn.modes.kinds import energy_shares, moves_laterally
 from solidwhirl.rotordyn.modes.whirl import whirl_direction
 from solidwhirl.rotordyn.stability.eigenvalue_paths import blocks_of
-from solidwhirl.rotordyn.stability.sampled_windows import sampled_windows
 from solidwhirl.rotordyn.stability.unstable_windows import Window, unstable_windows
 from solidwhirl.rotordyn.stability.whirl_decrements import (
     FirstMode,
@@ -34,6 +33,7 @@ from solidwhirl.rotordyn.stability.whirl_decrements import (
     first_modes,
     whirl_record,
 )
+from solidwhirl.rotordyn.stability.windows_with_laws import windows_with_laws
 
 # |Im λ| below this fraction of |λ| is real.
 _REAL_FRACTION = 1e-6
@@ -179,8 +179,8 @@ def unstable_intervals(
 
     A system without cross-coupling whose damping takes energy from every motion and whose
     stiffness is not negative has no such range, which is known without a search. Else all
-    eigenvalues are followed between the knots of the speed laws, see `unstable_windows`; where
-    bearings depend on the frequency, spectra at many speeds (`sampled_windows`).
+    eigenvalues are followed between the knots of the speed laws, see `unstable_windows`, and where
+    bearings depend on the frequency `windows_with_laws`.
     """
     if not (np.isfinite([speed_low_rad_s, speed_high_rad_s]).all()):
         raise AnalysisError(f"speeds are {speed_low_rad_s} and {speed_high_rad_s}; both are finite")
@@ -192,7 +192,7 @@ def unstable_intervals(
     if _never_grows(assembled, low, high):
         return ()
     if assembled.depends_on_frequency:
-        windows = sampled_windows(assembled, low, high)
+        windows = windows_with_laws(assembled, low, high)
     else:
         windows = [
             window

@@ -144,7 +144,8 @@ def free_body_problems(element: Superelement) -> tuple[str, ...]:
     if centrifugal > CENTRIFUGAL_LIMIT:
         problems.append(
             "stress stiffening and spin softening are not those of a rigid motion, relative energy "
-            f"{centrifugal:.2e}, allowed is {CENTRIFUGAL_LIMIT:g}; use both effects or none"
+            f"{centrifugal:.2e}, allowed is {CENTRIFUGAL_LIMIT:g}; use both effects or none; "
+            "of both, rounding leaves this where a lumped mass or inertia is far above the body's"
         )
     return tuple(problems)
 

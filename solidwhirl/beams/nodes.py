@@ -270,7 +270,10 @@ def _seat(
         )
     reach = decay_length_m(column, z) if blurred else 0.0
     flat = interface.start_m == interface.end_m
-    if interface.coupling == "rigid" or (flat and not blurred):
+    # a whole section is moved by the stresses of a beam, which have nothing to settle to
+    radii = [r for line in lines for _, r in line.tolist()]
+    whole = min(radii) <= column.inner_m(z) + slack and max(radii) >= column.outer_m(z) - slack
+    if interface.coupling == "rigid" or (flat and (whole or not blurred)):
         return _Seat(place, tuple(hit), None)
     stretch = 1.0 if flat else 1.0 + 2.0 * reach / (interface.end_m - interface.start_m)
     rings = [

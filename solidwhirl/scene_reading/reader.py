@@ -15,7 +15,7 @@ from pydantic import BaseModel, ValidationError
 
 from solidwhirl.analyses.base import Analysis
 from solidwhirl.analyses.registry import KINDS
-from solidwhirl.core.errors import Problem, SceneError, clean, meant
+from solidwhirl.core.errors import KeyPath, Problem, SceneError, clean, meant
 from solidwhirl.core.fields import keys_of
 from solidwhirl.core.toml_text import KEY, LONG_KEY, long_key
 from solidwhirl.model.imported_bodies import with_files_read
@@ -64,7 +64,7 @@ def load_toml(path: str | Path) -> dict[str, Any]:
     """Read the content of a TOML file that a user wrote.
 
     Raises SceneError: the file can't be read, is larger than 4 MB, is not UTF-8 text, or is not
-    TOML.
+    TOML, whose whole numbers have 64 bits at most.
     """
     return parse_toml(read_bytes(path), path)
 
@@ -91,16 +91,32 @@ def parse_toml(content: bytes, path: str | Path) -> dict[str, Any]:
         raise SceneError(path, [said], [_place(before.decode("utf-8"))]) from error
     if text.startswith(_BYTE_ORDER_MARK):
         raise SceneError(path, ["begins with a byte order mark; save it as UTF-8 without one"])
-    long = long_key(text)
-    if long is not None:
-        raise SceneError(path, [LONG_KEY], [_place(text[:long])])
+    long_at = long_key(text)
+    if long_at is not None:
+        raise SceneError(path, [LONG_KEY], [_place(text[:long_at])])
     try:
-        return tomllib.loads(text)
+        data = tomllib.loads(text)
+        long = [
+            Problem(f"{_key(at)}: a whole number of {bits} bits; TOML has those of 64 at most", at)
+            for at, bits in _long_numbers(data)
+        ]
     except RecursionError as error:
         raise SceneError(path, ["is not valid TOML: nested too deeply"]) from error
     except ValueError as error:  # of tomllib, and of Python for numbers of thousands of digits
         said, place = _syntax(str(error), text)
         raise SceneError(path, [f"is not valid TOML: {said}"], [place]) from error
+    if long:
+        raise SceneError(path, long)
+    return data
+
+
+def _long_numbers(value: Any, path: KeyPath = ()) -> Iterator[tuple[KeyPath, int]]:
+    """Paths and bits of whole numbers that are too long; a message could not even show some."""
+    if isinstance(value, int) and not -(2**63) <= value < 2**63:
+        yield path, value.bit_length()
+    elif isinstance(value, dict | list):
+        for key, inner in value.items() if isinstance(value, dict) else enumerate(value):
+            yield from _long_numbers(inner, (*path, key))
 
 
 def _place(before: str) -> str:

@@ -141,33 +141,6 @@ def test_scenes_of_the_how_tos_run_as_written(file, tmp_path):
     assert list(results.analyses) == [spec.label for spec in results.scene.analyses]
 
 
-@pytest.mark.verify
-def test_analyses_of_the_how_tos_run_on_the_beam_level(tmp_path):
-    """All but what needs a mesh, which beams do not have: so every block is tried with changes.
-
-    Few elements and a short run-up; as they stand they are run by `make verify`.
-    """
-    quick = {
-        "accuracy = 0.02": 'accuracy = 0.1\nestimates = "off"',
-        "ramp_s = 2": "ramp_s = 0.2",
-        "stiffness_count = 13": "stiffness_count = 4",
-        "frequency_count = 150": "frequency_count = 30",
-    }
-    for _, language, text in blocks("docs/howto.md"):
-        if language == "toml" and not re.search('"(recovery|nodal_diameters)"', text):
-            for long, short in quick.items():
-                text = text.replace(long, short)
-            write_file(text, tmp_path)
-    code, printed = run_lines(
-        "solidwhirl run machine.toml --level beam --no-pictures --out out", tmp_path
-    )
-    assert code == 0, printed
-    kinds = set(re.findall(r'kind = "(\w+)"', (tmp_path / "machine.toml").read_text()))
-    kinds -= {"section", "polynomial", "clearance"}  # no analyses
-    assert len(kinds) > 10  # of how-tos there are more with time
-    assert not [kind for kind in sorted(kinds) if f"({kind})" not in printed]
-
-
 def test_a_line_that_is_not_printed_would_be_found():
     printed = "one\n two  three\nfour 12.5 s\n"
     assert_shown("one\n...\ntwo three\nfour 3 s\n", printed)

@@ -34,19 +34,7 @@ BODIES = ("bodies/fan.h5", "a.h5", "b.h5", "inner.h5", "out/bodies/rotor.h5", "B
 # other page has them too. What is neither here nor in NOT_RUN is run with all tests, in the folder
 # that `beams` makes.
 LONG = {
-    "docs/asymmetric_rotors.md": tuple(
-        f"solidwhirl run scenes/{name}.toml --out out/{name}"
-        for name in ("keyway_shaft", "two_pole_generator", "two_bladed_fan", "crank_mesh")
-    ),
-    "README.md": (
-        "mpirun -n 2 .venv/bin/solidwhirl batch scenes/sweep.toml --out out/sweep "
-        "--operating-rpm 8500 9000",
-        'make batch SCENES="laval ferraris" NP=2',
-    ),
-    "docs/batch_pictures.md": (
-        "solidwhirl batch scenes/sweep.toml --out out/sweep --operating-rpm 8500 9000",
-        "solidwhirl batch-pictures out/sweep --operating-rpm 8000 9500",
-    ),
+    "README.md": ('make batch SCENES="laval ferraris" NP=2',),
     "docs/batch.md": (
         ".venv/bin/solidwhirl batch scenes/sweep.toml --out out/sweep",
         "mpirun -n 4 .venv/bin/solidwhirl batch scenes/laval.toml scenes/sweep.toml --out out/both "
@@ -55,8 +43,6 @@ LONG = {
         ".venv/bin/solidwhirl batch-pictures out/sweep --operating-rpm 8500 9000",
     ),
     "docs/cluster.md": (
-        "solidwhirl batch scenes/laval.toml scenes/ferraris.toml --out out/batch",
-        "mpirun -n 8 solidwhirl batch scenes/sweep.toml --out out/sweep",
         "mpirun -n 8 solidwhirl batch scenes/own_mesh.toml scenes/casing.toml --out out/two "
         "--ranks-per-scene 4",
         'make batch SCENES="laval ferraris" NP=2 K=1 OUT=out/batch',
@@ -71,20 +57,11 @@ LONG = {
         "solidwhirl pictures scenes/ferraris.toml --out out/ferraris --formats gif "
         "--only mode_critical_1_film",
     ),
-    "docs/study.md": (
-        ".venv/bin/solidwhirl study scenes/laval.toml --out out/study/laval --quick",
-        ".venv/bin/solidwhirl study scenes/laval.toml --out out/study/laval",
-    ),
-    # a quarter of a minute of jobs; what is kept of them: tests/program/cost
-    "docs/tutorial.md": ("solidwhirl doctor --calibrate",),
     "docs/verification.md": (
         ".venv/bin/solidwhirl run free_rotor.toml --out out/free_rotor",
         ".venv/bin/solidwhirl run scenes/ferraris.toml --accuracy 1e-5 "
         "--out out/ferraris_converged",
-        ".venv/bin/solidwhirl run scenes/ferraris.toml --out out/ferraris",
         ".venv/bin/solidwhirl run scenes/ferraris.toml --level solid --out out/ferraris_solid",
-        ".venv/bin/solidwhirl run scenes/ferraris_paper.toml --out out/ferraris_paper",
-        ".venv/bin/solidwhirl run scenes/laval.toml --out out/laval",
     ),
 }
 # Runs that a page takes for granted, before its first command.
@@ -96,6 +73,9 @@ CONTAINER = "builds a Debian of its own, as root and from the network"
 MEASURES = "measures time, minutes to hours; what it measured is in the page"
 DRY = "hours of the command `run` or `study`; what it would start is tested below"
 SERVES = "serves a page until it is ended; tests/program/watch"
+HELP = "an example of the help, which tests/program/commands runs"
+SCENE = "a scene as it is written, which tests/program/pipeline/test_scenes.py runs"
+TWICE = "the same batch is run for docs/batch.md on one rank and four, for the help on two"
 GUIDE = "tools/guide_pictures.py runs the scene of the page for its pictures, minutes"
 # Beginning of a command -> why it is not run.
 NOT_RUN = {
@@ -109,6 +89,17 @@ NOT_RUN = {
     "solidwhirl run wheel.toml": GUIDE,
     "solidwhirl pictures wheel.toml": GUIDE,
     "solidwhirl watch ": SERVES,
+    "solidwhirl run scenes/keyway_shaft.toml ": SCENE,
+    "solidwhirl run scenes/two_pole_generator.toml ": SCENE,
+    "solidwhirl run scenes/two_bladed_fan.toml ": SCENE,
+    "solidwhirl run scenes/crank_mesh.toml ": SCENE,
+    ".venv/bin/solidwhirl run scenes/ferraris.toml --out out/ferraris": SCENE,
+    ".venv/bin/solidwhirl run scenes/ferraris_paper.toml --out out/ferraris_paper": SCENE,
+    ".venv/bin/solidwhirl run scenes/laval.toml --out out/laval": SCENE,
+    "solidwhirl batch scenes/sweep.toml --out out/sweep --operating-rpm ": TWICE,
+    "solidwhirl batch-pictures out/sweep --operating-rpm 8000 ": TWICE,
+    "mpirun -n 8 solidwhirl batch scenes/sweep.toml ": TWICE,
+    "mpirun -n 2 .venv/bin/solidwhirl batch scenes/sweep.toml --out out/sweep --operating": TWICE,
     "make test": SUITE,
     "make check": SUITE,
     "make verify": SUITE,
@@ -120,6 +111,9 @@ NOT_RUN = {
     "make bench": MEASURES,
     "make scenes": DRY,
     "make study": DRY,
+    ".venv/bin/solidwhirl study scenes/laval.toml ": HELP,
+    "solidwhirl doctor --calibrate": HELP,
+    "solidwhirl batch scenes/laval.toml scenes/ferraris.toml --out out/batch": HELP,
     ".venv/bin/solidwhirl study scenes/reference_solid.toml": DRY,
     ".venv/bin/solidwhirl study scenes/bladed_disk.toml": DRY,
     "solidwhirl bearing --from-ross ": "needs ROSS; tests/verify/test_maker_tables.py runs it",

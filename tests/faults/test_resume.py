@@ -200,7 +200,8 @@ def test_damaged_entries_are_computed_again(first, run, folder):
         content[chance.integers(len(content))] ^= 1 << chance.integers(8)
         path.write_bytes(content)
     results, notes, _ = run(folder)
-    assert len([n for n in notes if "is damaged" in n]) == len(first[0].stages)
+    assert len([n for n in notes if "is damaged" in n]) == len(paths)
+    assert len(paths) == len(first[0].stages) + 1  # the refinement, for both its keys
     assert set(results.stages.values()) == {"computed"}
     assert document(results) == document(first[0])
     assert sorted(folder.glob("*.stage")) == paths

@@ -83,8 +83,8 @@ def test_damaged_text(survive):
 
 
 @pytest.mark.verify
-@pytest.mark.parametrize("part", range(10))
-def test_ten_times_as_many(survive, part):
+@pytest.mark.parametrize("part", range(2))
+def test_many_more(survive, part):
     survive(100_000 + 3600 * part, 3600)
 
 

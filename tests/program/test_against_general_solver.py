@@ -46,7 +46,8 @@ def test_hard_systems_pass_every_check(compare, number):
 
 
 @pytest.mark.verify
-@pytest.mark.parametrize("first", [6, 31, *range(1000, 1500, 25)])
+@pytest.mark.parametrize("first", [1050, 1100, 1225])
 def test_many_systems(compare, first):
+    """Blocks that hold each class of systems eight times at least; bench/ runs any number."""
     found = [compare(number) for number in range(first, first + 25)]
     assert not {o.number: told(o) for o in found if o.is_defect}

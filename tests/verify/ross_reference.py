@@ -75,7 +75,7 @@ def bearing_element(bearing):
         # ROSS takes a table and puts a cubic spline through it, exact for these polynomials
         factors = {
             letter: np.polynomial.polynomial.polyval(bearing["speeds_rad_s"], coefficients)
-            for letter, coefficients in bearing["factors"].items()
+            for letter, coefficients in ({"m": [1.0]} | bearing["factors"]).items()
         }
         values = {name: value * factors[name[0]] for name, value in values.items()}
         values["frequency"] = bearing["speeds_rad_s"]

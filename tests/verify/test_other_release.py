@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -91,10 +92,17 @@ def answers(*command):
 
 
 def test_both_releases_agree_to_1e8():
-    """In the last commit; the limit is that of different factorisations of one matrix."""
+    """In the last commit; the limit is that of different factorisations of one matrix.
+
+    Where a root of the other release was made: that takes longer than all other comparisons.
+    """
+    other = OTHER[release()]
+    roots = Path(os.environ.get("SOLIDWHIRL_ROOTS", "/var/cache/solidwhirl"))
+    if os.geteuid() or not list(roots.glob(f"{other}-*/.debian")):
+        pytest.skip(f"no root of {other}: make one with sudo tools/in_debian.sh {other} true")
     here = answers(sys.executable, "-c", PROGRAM)
     program = str(ROOT / "tools" / "in_debian.sh")
-    there = answers(program, OTHER[release()], ".venv/bin/python", "-c", PROGRAM)
+    there = answers(program, other, ".venv/bin/python", "-c", PROGRAM)
     assert here.pop("dolfinx") != there.pop("dolfinx")
     assert here.keys() == there.keys()
     for scene, values in here.items():

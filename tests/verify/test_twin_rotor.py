@@ -43,9 +43,13 @@ def test_accuracy_of_the_scene_is_kept(converged):
     assert np.abs(frequencies(accuracy=1e-3) / converged - 1.0).max() < 1e-3
 
 
-def test_solid_level_meets_the_independent_figures():
-    """170.9 and 192.85 Hz at rest within 0.5 %, branches at speed within 0.7 %."""
+def test_solid_level_meets_the_published_figures_and_the_meridian(converged):
+    """At rest 170.9 and 192.85 Hz within 0.5 %; the converged meridian at the scene's accuracy.
+
+    Published figures at speed are of an even mesh, 0.6 % above its limit; test_scenes.py makes one.
+    """
     found = frequencies(level="solid")
     np.testing.assert_allclose(found[0, :2], [170.9, 192.85], rtol=5e-3)
-    np.testing.assert_allclose(found[1], [164.65, 192.12, 361.5, 618.9], rtol=7e-3)
-    np.testing.assert_allclose(found[2], [146.8, 189.7, 304.9, 731.3], rtol=7e-3)
+    above = found / converged - 1.0
+    assert above.min() > 0.0
+    assert above.max() < 5e-3

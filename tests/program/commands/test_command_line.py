@@ -173,7 +173,7 @@ def test_a_plain_terminal_gets_plain_help(words):
 
 
 # In an order in which what one example writes is there for the next; those that search or compute
-# many cases take a minute.
+# many cases take a minute. A study that is not quick takes many, and does the same with more cases.
 QUICK = ("init", "check", "geometry", "export", "formats", "schema", "plan", "version")
 LONG = ("doctor", "run", "batch batch-pictures", "study", "identify", "pictures")
 # What serves until it is ended: tests/program/watch.
@@ -207,6 +207,8 @@ def test_long_examples_run(tmp_path, root, name):
     mpi = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
     mpi |= {"OMPI_MCA_rmaps_base_oversubscribe": "1"}
     for line in [line for one in name.split() for line in shown_examples(one)]:
+        if " study " in line and "--quick" not in line:
+            continue
         done = subprocess.run(
             shlex.split(line),
             cwd=tmp_path,

@@ -12,8 +12,8 @@ import pytest
 pytestmark = [pytest.mark.solver, pytest.mark.verify]
 
 BENCH = Path(__file__).resolve().parents[3] / "bench"
-# (accuracy, what the modes are off by at most, the doubt of the known values included)
-CASES = [(0.02, 0.02), (0.005, 0.005)]
+# A quarter of it takes five times as long, by bench/bladed_disk.py.
+ACCURACY = 0.02
 
 
 @pytest.fixture(scope="module")
@@ -24,17 +24,16 @@ def bench():
     sys.path.remove(str(BENCH))
 
 
-@pytest.mark.parametrize(("accuracy", "allowed"), CASES)
-def test_refinement_follows_the_edges_of_the_blades(bench, accuracy, allowed):
+def test_refinement_follows_the_edges_of_the_blades(bench):
     """It ends with the accuracy met, and the estimates cover what is known to 0.15 %."""
     disk = bench("bladed_disk")
-    found = disk.measure(accuracy)
+    found = disk.measure(ACCURACY)
     estimates = [r["estimate"] for r in found["rounds"]]
-    assert estimates[-1] < accuracy < estimates[0]
+    assert estimates[-1] < ACCURACY < estimates[0]
     off, estimate = (
         np.array([m[key] for m in found["modes"]]) for key in ("difference", "estimate")
     )
-    assert (np.abs(off) < allowed + disk.DOUBT).all()
+    assert (np.abs(off) < ACCURACY + disk.DOUBT).all()
     assert (off > -disk.DOUBT).all()
     assert (off < estimate + disk.DOUBT).all()
     assert (estimate < 3.0 * (off + disk.DOUBT)).all()

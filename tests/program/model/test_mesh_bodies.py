@@ -178,7 +178,9 @@ def test_step_is_within_its_estimate_of_the_harmonic_level(folder):
         "interfaces": [{"name": "front", "box_m": FRONT}, {"name": "rear", "box_m": REAR}],
     }
     model = {"estimates": "on", "modes": 4, "accuracy": 1e-3}
-    read = run(scene(folder, model=model, mesh_bodies={"rotor": body}))
+    # tetrahedra of these sizes are not the same in all directions to more than 0.4 %
+    coarse = model | {"accuracy": 1e-2}
+    read = run(scene(folder, model=coarse, mesh_bodies={"rotor": body}))
     harmonic = model | {"level": "harmonic", "compare_coupling": "off"}
     drawn = run(scene(folder, model=harmonic, bodies={"rotor": PROFILE}))
     assert drawn.estimates.largest < 1e-3

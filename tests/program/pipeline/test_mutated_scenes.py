@@ -117,7 +117,7 @@ def kinds():
     """One place of each kind in all scenes, by scene.
 
     Elements of lists are of one kind, as are bodies and other named entries; each kind of analysis
-    is one of its own. All places are tried by `make verify`.
+    is one of its own. All places are left out once by `make verify`.
     """
     found = {}
     for name, data in SCENES.items():
@@ -159,11 +159,15 @@ def test_value_of_every_kind_changed(name, value):
     change_one_by_one(SCENES[name], SPOTS[name], value)
 
 
+# Their places are those of uhbr_engine, and each of them takes up to 0.3 s.
+ALIKE = {"uhbr_engine_bladed", "uhbr_engine_free"}
+
+
 @pytest.mark.verify
-@pytest.mark.parametrize("value", VALUES)
-@pytest.mark.parametrize("name", sorted(SCENES))
+@pytest.mark.parametrize("value", [DROPPED, -1])
+@pytest.mark.parametrize("name", sorted(SCENES.keys() - ALIKE))
 def test_every_single_value_changed(name, value):
-    """Exhaustive: not only the first of each kind."""
+    """Not only the first of each kind: left out, and by a number that is of the right type."""
     change_one_by_one(SCENES[name], places(SCENES[name]), value)
 
 
@@ -276,7 +280,15 @@ def test_extreme_scene_runs_or_is_refused(small_scene, number):
 
 @pytest.mark.solver
 @pytest.mark.verify
-@pytest.mark.parametrize("part", range(30))
+@pytest.mark.parametrize("part", range(6))
 def test_many_more_extreme_scenes(small_scene, part):
-    for number in range(50 * part, 50 * part + 50):
+    for number in range(25 * part, 25 * part + 25):
         run_or_refused(small_scene, number)
+
+
+@pytest.mark.solver
+@pytest.mark.verify
+@pytest.mark.parametrize("number", [1004, 1076, 1319])
+def test_extreme_scenes_that_failed_once(small_scene, number):
+    """A traceback; a root that rounding moved; hours of bisection between noise and noise."""
+    run_or_refused(small_scene, number)

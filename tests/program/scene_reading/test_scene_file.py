@@ -134,6 +134,17 @@ def test_a_missing_comma_or_bracket_is_told_where_it_is(text, place, said):
     assert said in str(refused.value)
 
 
+def test_whole_numbers_have_64_bits_as_toml_says():
+    """Thousands of digits are more than Python writes out, whatever message they stand in."""
+    small, large = -(2**63), 2**63 - 1
+    assert parse_toml(f"x = [{small}, {large}]".encode(), "a.toml") == {"x": [small, large]}
+    text = f"x = [{{ y = 0x{'f' * 5000} }}]\nz = {small - 1}\nf = 1e300\n"
+    with pytest.raises(SceneError) as refused:
+        parse_toml(text.encode(), "a.toml")
+    assert [p.path for p in refused.value.problems] == [("x", 0, "y"), ("z",)]
+    assert str(refused.value).startswith("a.toml: x[0].y: a whole number of 20000 bits; ")
+
+
 @pytest.mark.parametrize(
     ("value", "said"),
     [

@@ -15,7 +15,7 @@ from solidwhirl.rotordyn.assembly.frequency_laws import AnyFrequencyLaw, Frequen
 from solidwhirl.rotordyn.assembly.system import at_rate, matrices_at_speed
 from solidwhirl.rotordyn.checks.plain_checks import check_campbell, check_critical_roots
 from solidwhirl.rotordyn.checks.plain_system import PlainSystem
-from solidwhirl.rotordyn.modes.frequency_dependent import with_own_bearings
+from solidwhirl.rotordyn.modes.nearby import with_own_bearings
 from solidwhirl.rotordyn.perturbation.left_vectors import mode_pairs
 from solidwhirl.rotordyn.response.unbalance import Unbalance, unbalance_response
 from solidwhirl.rotordyn.stability.intervals import unstable_intervals

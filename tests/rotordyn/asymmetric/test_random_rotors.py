@@ -51,8 +51,8 @@ def test_none_missed_and_none_false(seed):
 
 
 @pytest.mark.verify
-@pytest.mark.parametrize("part", range(20))
-def test_none_missed_and_none_false_in_two_hundred(part):
+@pytest.mark.parametrize("part", range(2))
+def test_none_missed_and_none_false_in_twenty(part):
     found = [
         missed_and_false(random_system(seed), 1200) for seed in range(10 * part, 10 * part + 10)
     ]

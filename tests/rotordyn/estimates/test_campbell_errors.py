@@ -157,6 +157,22 @@ def test_critical_speeds_take_the_share_of_their_branch(pair):
     assert last.parts[OVER][-1] == 0.0 and last.parts[PART][-1] == plain.parts[PART][-1]
 
 
+def test_critical_speeds_that_rounding_moved_are_wrong_by_that(pair):
+    """Where the branch is not met, the distance along the line counts as an error of the solver."""
+    _, cut = pair()
+    (first, *_) = rd.critical_speeds(cut, 1.0, 900.0)
+    off = 1e-4
+    moved = dataclasses.replace(
+        first,
+        speed_rad_s=first.speed_rad_s * (1.0 + off),
+        frequency_hz=first.frequency_hz * (1.0 + off),
+    )
+    found = critical_speed_errors(cut, (first, moved)).parts["eigen_solver"]
+    # the branch is straight over so short a way
+    assert found[0] < 1e-3 * off
+    assert found[1] == pytest.approx(off, rel=1e-2)
+
+
 def test_no_critical_speeds_and_foreign_ones(pair):
     whole, cut = pair()
     assert critical_speed_errors(cut, ()).total.shape == (0,)

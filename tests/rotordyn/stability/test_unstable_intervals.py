@@ -278,9 +278,9 @@ def test_random_rotors():
 
 
 @pytest.mark.verify
-@pytest.mark.parametrize("first", range(8, 492, 44))
+@pytest.mark.parametrize("first", [8, 28, 48])
 def test_more_random_rotors(first):
-    for seed in range(first, first + 44):
+    for seed in range(first, first + 20):
         _compare(seed, 4000)
 
 
