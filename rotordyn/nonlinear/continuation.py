@@ -36,9 +36,9 @@ _GONE = 1e-3
 # A turning point is where the tangent's part along the parameter is less than this.
 _TURNED = 1e-7
 
-#: Why a branch is not known beyond an end: no motion was found there, it grew beyond the bound, or
-#: had too many points.
-OpenEnd = Literal["lost", "grows", "long"]
+#: Why a branch is not known beyond an end: no motion was found there, a film closes, it grew beyond
+#: the bound, or had too many points.
+OpenEnd = Literal["lost", "closed", "grows", "long"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -55,8 +55,8 @@ class Course:
     high: float
     unit: float
     longest: float
-    size_m: float
-    bound_m: float
+    size_m: float = 1e-12
+    bound_m: float = np.inf
     turns: int = 1
     most: int = 3000
 
@@ -126,7 +126,10 @@ def follow(course: Course, start: Point, sense: float) -> Branch:
                 continue
             ahead = _beyond_corner(course, points, metric)
             if ahead is None:
-                return Branch(tuple(points), False, ((-1, "lost"),))
+                over = here.place() + _REACHES[-1] * here.along
+                near = course.equations(over[:-1].reshape(here.point.motion_m.shape), over[-1])
+                why: OpenEnd = "lost" if np.isfinite(near.residual_m).all() else "closed"
+                return Branch(tuple(points), False, ((-1, why),))
             turns = here.along[-1] * ahead.along[-1] < 0.0
             points[-1] = here = replace(here, is_corner=True, is_turning=bool(turns))
             step = _FIRST

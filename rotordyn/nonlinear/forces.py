@@ -11,8 +11,10 @@ from scipy.special import roots_legendre
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 
-# Gauss's rule over the half film, exact to 1e-9 up to an eccentricity of 0.95: directions e seen
-# along the velocity, (2, 64), and weights of e eᵀ, (64, 4).
+# Gauss's rule over the half film, exact to 1e-9 up to an eccentricity of 0.95 and to 1e-3 up to the
+# one at which the film counts as closed: directions e seen along the velocity, (2, 64), and
+# weights of e eᵀ, (64, 4).
+_CLOSED = 0.99
 _POINT, _WEIGHT = roots_legendre(64)
 _AROUND = np.stack((np.cos(0.5 * np.pi * _POINT), np.sin(0.5 * np.pi * _POINT)))
 _DYADS = 0.5 * np.pi * (_WEIGHT * _AROUND[:, None] * _AROUND).reshape(4, -1).T
@@ -142,13 +144,13 @@ class SqueezeFilm:
                 raise AnalysisError(f"{key} is 0; it must be above 0")
 
     def at(self, displacement_m: FloatArray, velocity_m_per_s: FloatArray) -> ForceSamples:
-        """Return the force at samples (t, 2); nan where the journal would touch its housing."""
+        """Return the force at samples (t, 2); nan where the film is thinner than 0.01 clearance."""
         u, v = displacement_m, velocity_m_per_s
         angle = np.arctan2(v[:, 1], v[:, 0])
         c, s = np.cos(angle), np.sin(angle)
         axes = np.stack((c, s, -s, c), axis=1).reshape(-1, 2, 2)  # along the velocity, across it
         height = self.clearance_m - (axes @ u[:, :, None])[:, :, 0] @ _AROUND
-        height[np.hypot(u[:, 0], u[:, 1]) >= self.clearance_m] = np.nan
+        height[np.hypot(u[:, 0], u[:, 1]) >= _CLOSED * self.clearance_m] = np.nan
         size = self.viscosity_pa_s * self.radius_m * self.length_m**3
         share = size / (height * height * height)
         faster = 3.0 * np.hypot(v[:, :1], v[:, 1:]) * _AROUND[0] * share / height

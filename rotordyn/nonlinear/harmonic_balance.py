@@ -8,7 +8,7 @@ Problems).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import lru_cache, partial
 from typing import NamedTuple
 
@@ -118,12 +118,14 @@ def with_harmonics(motion_m: FloatArray, harmonics: int) -> FloatArray:
     return found
 
 
-def later_turns(motion_m: FloatArray, turns: int) -> Iterator[FloatArray]:
-    """Yield a motion begun so many turns of the unbalance later."""
-    amplitudes = as_complex(motion_m)
-    order = np.arange(len(amplitudes))
-    for turn in range(turns):
-        yield as_real(amplitudes * np.exp(2j * np.pi * order * turn / turns)[:, None])
+def apart(one_m: FloatArray, other_m: FloatArray, turns: int) -> float:
+    """Return how far two motions are apart, over the size of the first.
+
+    `turns`: of the unbalance after which they repeat; one may begin some turns later.
+    """
+    phase = 2j * np.pi / turns * np.outer(np.arange(turns), np.arange(len(one_m) // 2 + 1))
+    later = (as_real(turned[:, None] * as_complex(one_m)) for turned in np.exp(phase))
+    return min(float(la.norm(motion - other_m)) for motion in later) / float(la.norm(one_m))
 
 
 def repeats_earlier(motion_m: FloatArray, turns: int) -> bool:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import pairwise
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -38,13 +37,13 @@ from solidwhirl.rotordyn.nonlinear.forced_system import (
 )
 from solidwhirl.rotordyn.nonlinear.harmonic_balance import (
     Point,
+    apart,
     as_real,
     at_parameter,
     at_speed,
     balance,
     corrected,
     fourier,
-    later_turns,
     with_harmonics,
 )
 from solidwhirl.rotordyn.nonlinear.stability import (
@@ -53,14 +52,14 @@ from solidwhirl.rotordyn.nonlinear.stability import (
     multipliers,
     small_motions,
 )
-from solidwhirl.rotordyn.nonlinear.starts import all_circles, in_time, under_loads
+from solidwhirl.rotordyn.nonlinear.starts import ShortPath, in_time, starts_of_one_turn
 from solidwhirl.rotordyn.response.harmonic_response import check_lateral
 from solidwhirl.rotordyn.response.orbits import elliptic_orbits
 from solidwhirl.rotordyn.response.unbalance import Unbalance
 
-# Numbers of harmonics that are tried, per turn; each is checked by the next. Of motions of several
-# turns at least, and at most in all.
-_LADDER, _FEWEST, _MOST = (1, 3, 7, 15, 31, 63), 3, 126
+# Harmonics are nearly doubled, and each number checked by the next, up to these in all; per turn of
+# motions of several turns at least.
+_MOST, _FEWEST = 62, 3
 # Longest step along a branch, and how far motions are followed beyond the largest start.
 _LONGEST, _GROWN = 0.025, 1e3
 # Motions that differ by less than this part are one.
@@ -132,7 +131,8 @@ class NonlinearResponse:
     `places`: observed; `branches`: those of one turn, through the lowest speed first, then those of
     more; `jumps`, `changes`: by place along the branches. `harmonics`: h that were balanced, of the
     branches of one turn; `truncation`: largest change of motions (relative to their own size) and
-    speeds with twice as many.
+    speeds with twice as many. `stopped`: paths of raised loads that stop, so that motions to which
+    they alone lead are not known.
     """
 
     places: tuple[End, ...]
@@ -141,6 +141,7 @@ class NonlinearResponse:
     changes: tuple[StabilityChange, ...]
     harmonics: int
     truncation: float
+    stopped: tuple[ShortPath, ...] = ()
 
 
 def nonlinear_response(
@@ -171,24 +172,23 @@ def nonlinear_response(
         check_lateral(assembled, place, f"motion at {place.label}")
     forced = forced_system(assembled, joints, unbalances, np.sqrt(low * high), gravity_m_per_s2)
     ends = (low, high)
-    starts = all_circles(forced, ends) or list(under_loads(forced, ends))
-    if not starts:
+    starts, stopped = starts_of_one_turn(forced, ends)
+    found, harmonics, truncation = _converged(forced, ends, starts, (), tolerance)
+    if not found:
         raise AnalysisError(
             f"no steady motion is found from {low * RPM_PER_RAD_S:.6g} to "
             f"{high * RPM_PER_RAD_S:.6g} rpm, neither at once nor as the loads are raised from none"
         )
-    found, harmonics, truncation = _converged(forced, ends, starts, (), tolerance)
     rows = np.concatenate([seat_motion(assembled, place)[:2] for place in places])
     small = small_motions(forced, high)
     groups = {1: found}
     for turns in sorted(set(sought_turns)):
         own = replace(small, forced=forced.repeating_after(turns))
-        more = list(in_time(own, ends, found, turns * max(harmonics, _FEWEST)))
-        if more:
-            known = found if turns == 1 else ()
-            others, _, missed = _converged(own.forced, ends, more, known, tolerance)
-            truncation = max(truncation, missed)
-            groups[turns] = (*groups.get(turns, ()), *others)
+        more = in_time(own, ends, found, turns * max(harmonics, _FEWEST))
+        known = found if turns == 1 else ()
+        others, _, missed = _converged(own.forced, ends, more, known, tolerance)
+        truncation = max(truncation, missed)
+        groups[turns] = (*groups.get(turns, ()), *others)
     told: list[NonlinearBranch] = []
     jumps: list[Jump] = []
     for turns, group in groups.items():
@@ -203,6 +203,7 @@ def nonlinear_response(
         changes=tuple(change for branch in told for change in _changes(branch)),
         harmonics=harmonics,
         truncation=truncation,
+        stopped=tuple(stopped),
     )
 
 
@@ -219,40 +220,32 @@ def _converged(
     harmonics, and the largest change with the next number.
     """
     turns = forced.period_multiple
-    least = 1 if turns == 1 else len(starts[0].motion_m) // 2
-    counts = [
-        turns * h for h in _LADDER if turns * h >= least and (turns == 1 or h * turns <= _MOST)
-    ]
-    found: tuple[Branch, ...] = ()
-    truncation = 0.0
-    for harmonics, more in pairwise(counts):
+    harmonics = len(starts[0].motion_m) // 2 if starts else turns
+    while True:
+        more = 2 * harmonics + turns
         tried = [_with_others(forced, start, harmonics) for start in starts]
-        points = [p for p in tried if p is not None]
-        if None in tried and harmonics < len(starts[0].motion_m) // 2:
-            continue  # with fewer than those of the starts some are lost
-        some = points[:: max(1, len(points) // _SOME)]
-        if more < counts[-1] and any(
-            _moved(p, _with_others(forced, p, more)) > tolerance for p in some
-        ):
-            starts = points
-            continue
-        course = Course(
-            equations=partial(balance, forced),
-            low=ends[0],
-            high=ends[1],
-            unit=ends[1] - ends[0],
-            longest=_LONGEST,
-            size_m=1e-12,
-            bound_m=_GROWN * max(float(np.abs(s.motion_m).max()) for s in starts),
-            turns=turns,
+        starts = [point for point in tried if point is not None]
+        found: tuple[Branch, ...] = ()
+        truncation = max(
+            (_moved(p, _with_others(forced, p, more)) for p in starts[:: len(starts) // _SOME + 1]),
+            default=0.0,
         )
-        found = _through(course, points, known)
-        truncation = max((_truncation(forced, b, more) for b in found), default=0.0)
-        if truncation <= tolerance:
-            break
+        if truncation <= tolerance or more > _MOST:
+            course = Course(
+                equations=partial(balance, forced),
+                low=ends[0],
+                high=ends[1],
+                unit=ends[1] - ends[0],
+                longest=_LONGEST,
+                bound_m=_GROWN * max((np.abs(s.motion_m).max() for s in starts), default=1.0),
+                turns=turns,
+            )
+            found = _through(course, starts, known)
+            truncation = max((_truncation(forced, b, more) for b in found), default=0.0)
+        if truncation <= tolerance or more > _MOST:
+            return found, harmonics, truncation
         amid = [b.points[len(b.points) * k // 4].point for b in found for k in (1, 2, 3)]
-        starts = amid or points or starts
-    return found, harmonics, truncation
+        starts, harmonics = amid or starts, more
 
 
 def _through(
@@ -284,17 +277,9 @@ def _is_on(course: Course, branch: Branch, point: Point) -> bool:
         share = (point.parameter - at[k]) / (at[after] - at[k]) if after > k else 0.0
         first, last = (branch.points[j].point.motion_m for j in (k, after))
         motion = with_harmonics(first + share * (last - first), len(point.motion_m) // 2)
-        size = float(la.norm(motion))
-        apart = [la.norm(one - point.motion_m) for one in later_turns(motion, course.turns)]
-        if min(apart) <= _SAME * size:
+        exact = at_parameter(course.equations, motion, point.parameter)
+        if exact is not None and apart(exact.motion_m, point.motion_m, course.turns) <= _SAME:
             return True
-        if min(apart) <= 30.0 * _SAME * size:  # or only beside it, where it bends
-            exact = at_parameter(course.equations, motion, point.parameter)
-            if exact is not None and any(
-                la.norm(one - point.motion_m) <= _SAME * size
-                for one in later_turns(exact.motion_m, course.turns)
-            ):
-                return True
     return False
 
 

@@ -2,65 +2,72 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg as la
 
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
 from solidwhirl.rotordyn.nonlinear.continuation import Branch, Course, follow
 from solidwhirl.rotordyn.nonlinear.forced_system import ForcedSystem, condensed
 from solidwhirl.rotordyn.nonlinear.harmonic_balance import (
     Point,
+    apart,
     as_complex,
     as_real,
     at_parameter,
     at_speed,
-    later_turns,
     over_load,
     repeats_earlier,
 )
 from solidwhirl.rotordyn.nonlinear.in_time import settled
 from solidwhirl.rotordyn.nonlinear.stability import SmallMotions
 
-# Speeds at which circles are looked for, with the ends; radii of a circle per speed, and how far
-# they reach below and above the one without joints.
+# Speeds at which circles and large linear motions are looked for, with the ends; radii of a circle
+# per speed, and how far they reach below and above the one without joints.
 _GRID, _RADII, _REACH = 61, 5001, (1e-5, 1e4)
-# Angles at which the force on every so many of the circles must be the same to rounding.
-_ANGLES, _SOME, _ISOTROPIC = (0.7, 1.6, 2.5, 3.7, 5.0), 20, 1e-9
+# Every so many of the circles must meet the same in all directions, to rounding.
+_SOME, _ISOTROPIC = 250, 1e-9
 # Speeds between the ends at which loads are raised, besides those of the largest linear motions;
-# harmonics then, and the longest step.
-_BETWEEN, _HARMONICS, _LONGEST = 6, 3, 0.4
-# Motions under loads are followed up to so many times what damping allows, or the linear motion.
-_BOUND, _MOST, _DEPENDENT = 3.0, 1e4, 1e-9
-# and up to 1000 times the loads, and so many of them: in films no other bound is reached.
-_HEAVY, _POINTS = float(np.arcsinh(1e3)), 200
+# harmonics then, the longest step, and points; and up to how many times the loads, as parameter.
+_BETWEEN, _HARMONICS, _LONGEST, _POINTS = 6, 3, 0.4, 200
+_WHOLE, _HEAVY = float(np.arcsinh(1.0)), float(np.arcsinh(1e3))
 # Speeds at which motions are started in time, how far out beside the known motion, how many each.
 _SPEEDS, _SIZES, _EACH = 12, (1.0, 3.0, 10.0), 4
 # Motions that differ by less than this part are one.
 _SAME = 1e-6
 
 
-class _Linear(NamedTuple):
-    """The motion at the joints without their forces in harmonics 0 and 1, and 1/receptance there.
+class ShortPath(NamedTuple):
+    """A path of raised loads that stops, and the part of the loads there."""
 
-    `motion_m`: shape (2, 2j); `stiffness_n_per_m`: of harmonic 1, (2j, 2j).
+    speed_rad_s: float
+    load_share: float
+
+
+def starts_of_one_turn(
+    forced: ForcedSystem, ends_rad_s: tuple[float, float]
+) -> tuple[list[Point], list[ShortPath]]:
+    """Return motions to follow, those at the ends first, and paths to some that stop.
+
+    All circular orbits at many speeds, or else the motions on paths of raised loads at the ends, at
+    the speeds of the largest linear motions, and between.
     """
-
-    motion_m: FloatArray
-    stiffness_n_per_m: FloatArray
-
-
-def all_circles(forced: ForcedSystem, ends_rad_s: tuple[float, float]) -> list[Point] | None:
-    """Return all circular orbits at many speeds, from the ends inward; None if any is no circle."""
-    speeds, found = np.linspace(*ends_rad_s, _GRID), []
-    for speed in (*speeds[[0, -1]], *speeds[1:-1]):
+    grid = np.linspace(*ends_rad_s, _GRID)
+    found: list[Point] = []
+    for speed in (*grid[[0, -1]], *grid[1:-1]):
         orbits = circular_orbits(forced, float(speed))
         if orbits is None:
-            return None
+            break
         found += orbits
-    return found
+    else:
+        return found, []
+    size = np.array([_linear_size(forced, float(speed)) for speed in grid])
+    peaks = grid[1:-1][(size[1:-1] > size[:-2]) & (size[1:-1] > size[2:])]
+    between = np.union1d(np.linspace(*ends_rad_s, _BETWEEN + 2)[1:-1], peaks)
+    paths = [raised(forced, speed) for speed in (*ends_rad_s, *between.tolist())]
+    stopped = [path for _, path in paths if path is not None]
+    return [point for points, _ in paths for point in points], stopped
 
 
 def circular_orbits(forced: ForcedSystem, speed_rad_s: float) -> list[Point] | None:
@@ -70,136 +77,104 @@ def circular_orbits(forced: ForcedSystem, speed_rad_s: float) -> list[Point] | N
     the joint, if all is the same in all directions and there is one joint alone: as a function of
     r it has every orbit at the load of the unbalance.
     """
-    if forced.width != 2 or forced.period_multiple != 1:
+    if forced.width != 2:
         return None
-    linear = _linear(forced, speed_rad_s)
-    (still, moved), dynamic = linear.motion_m, linear.stiffness_n_per_m
-    sense = 1.0 if (moved[1] * np.conj(moved[0])).imag <= 0.0 else -1.0
+    part = condensed(forced, speed_rad_s, 1, forced.motion)
+    free = part.free_m[1]
+    sense = 1.0 if (free[1] * np.conj(free[0])).imag <= 0.0 else -1.0
     circle = np.array([1.0, -1j * sense])
-    turned, other = dynamic @ circle, dynamic @ circle.conj()
-    uneven = (
-        np.abs(moved - moved[0] * circle) + np.abs(still),
-        (np.abs(turned - turned[0] * circle) + np.abs(other - other[0] * circle.conj()))
-        * np.abs(moved).max() / np.abs(dynamic).max(),
-    )  # fmt: skip
-    if np.max(uneven) > _ISOTROPIC * np.abs(moved).max():
-        return None
-
-    def taken(radii: FloatArray, angle: float) -> ComplexArray:
-        """Force outward and, imaginary, along circles at an angle."""
-        out = np.array([np.cos(angle), sense * np.sin(angle)])
-        along = np.array([-np.sin(angle), sense * np.cos(angle)])
-        rate = forced.frequency_ratio * speed_rad_s * radii[:, None] * along
-        force = forced.forces[0].at(radii[:, None] * out, rate).force_n
-        return np.asarray(force @ (out + 1j * along))
-
-    radii = abs(moved[0]) * np.geomspace(*_REACH, _RADII)
-    force = taken(radii, 0.0)
-    some = slice(None, None, _SOME)
-    for angle in _ANGLES:
-        apart = np.abs(taken(radii[some], angle) - force[some])
-        if (apart > _ISOTROPIC * (np.abs(force) + np.abs(turned[0]) * radii)[some]).any():
+    receptance = (part.receptance[1] @ circle)[0]
+    load, held = free[0] / receptance, 1.0 / receptance - forced.shifts(1)[1]
+    radii = abs(load / held) * np.geomspace(*_REACH, _RADII)
+    equations = over_load(forced, speed_rad_s, _HARMONICS)
+    for radius in radii[::_SOME]:
+        motion = np.zeros((2 * _HARMONICS + 1, 2))
+        motion[:3] = radius * as_real(np.array([0.0 * circle, circle]))
+        left = as_complex(equations(motion, _WHOLE).residual_m.reshape(motion.shape))
+        size = radius + la.norm(left, check_finite=False)
+        left[1] -= left[1, 0] * circle
+        if la.norm(left, check_finite=False) > _ISOTROPIC * size:
             return None
-    load = abs(turned[0] * moved[0])
-    beyond = np.abs(turned[0] + force / radii) * radii - load
+    rate = forced.frequency_ratio * speed_rad_s * sense * radii
+    still = np.zeros(_RADII)
+    pushed = forced.forces[0].at(np.column_stack((radii, still)), np.column_stack((still, rate)))
+    stiffness = held + pushed.force_n @ circle.conj() / radii
+    beyond = np.abs(stiffness) * radii - abs(load)
     found = []
     for k in np.flatnonzero(beyond[1:] * beyond[:-1] <= 0.0):
         share = beyond[k] / (beyond[k] - beyond[k + 1])
-        r, pushed = (v[k] + share * (v[k + 1] - v[k]) for v in (radii, force))
-        amplitude = turned[0] * moved[0] / (turned[0] + pushed / r)
-        motion = as_real(np.array([0.0 * circle, amplitude * circle]))
-        point = at_speed(forced, motion, speed_rad_s)
+        amplitude = load / (stiffness[k] + share * (stiffness[k + 1] - stiffness[k]))
+        point = at_speed(forced, as_real(np.array([0.0 * circle, amplitude * circle])), speed_rad_s)
         found += [] if point is None else [point]
     return found
 
 
-def under_loads(forced: ForcedSystem, ends_rad_s: tuple[float, float]) -> Iterator[Point]:
-    """Yield motions under the whole loads on the path along which these are raised from none.
+def raised(forced: ForcedSystem, speed_rad_s: float) -> tuple[list[Point], ShortPath | None]:
+    """Return the motions under the whole loads on the path that begins without loads.
 
-    At the ends, at the speeds of the largest linear motions, and between.
+    And where the path stops, if it does so with no film closed.
     """
-    low, high = ends_rad_s
-    grid = np.linspace(low, high, _GRID)
-    size = np.array([la.norm(_linear(forced, float(s)).motion_m) for s in grid])
-    peaks = 1 + np.flatnonzero((size[1:-1] > size[:-2]) & (size[1:-1] > size[2:]))
-    speeds = {*np.linspace(low, high, _BETWEEN + 2)[1:-1].tolist(), *grid[peaks].tolist()}
-    for speed in (low, high, *sorted(speeds)):
-        yield from raised(forced, speed)
-
-
-def raised(forced: ForcedSystem, speed_rad_s: float) -> Iterator[Point]:
-    """Yield the motions under the whole loads on the path that begins without loads."""
-    equations, linear = over_load(forced, speed_rad_s, _HARMONICS), _linear(forced, speed_rad_s)
+    equations = over_load(forced, speed_rad_s, _HARMONICS)
     start = at_parameter(equations, np.zeros((2 * _HARMONICS + 1, forced.width)), 0.0)
     if start is None:
-        return
-    size = float(np.abs(linear.motion_m).max())
-    dynamic = linear.stiffness_n_per_m
-    moved = la.orth(forced.motion, _DEPENDENT)  # joints at one place move alike
-    damped = float(la.eigvalsh(moved.T @ (0.5j * (dynamic.conj().T - dynamic)) @ moved)[0])
-    load = float(la.norm(dynamic @ linear.motion_m[1]))
-    allowed = _BOUND * load / damped if damped > 0.0 else np.inf
+        return [], ShortPath(speed_rad_s, 0.0)
     course = Course(
         equations=equations,
         low=-_HEAVY,
         high=_HEAVY,
         unit=1.0,
         longest=_LONGEST,
+        size_m=0.03 * _linear_size(forced, speed_rad_s),
         most=_POINTS,
-        size_m=0.03 * size,
-        bound_m=max(min(allowed, _MOST * size), 10.0 * size),
     )
-    path = follow(course, start, 1.0).points
-    at = np.array([p.point.parameter for p in path])
-    for share in (1.0, -1.0):  # under the opposite loads half a turn later
-        over = at > np.arcsinh(share)
+    path = follow(course, start, 1.0)
+    motions = [p.point.motion_m for p in path.points]
+    at = np.array([p.point.parameter for p in path.points])
+    found = []
+    for sign in (1.0, -1.0):  # under the opposite loads half a turn later
+        over = at > sign * _WHOLE
         for k in np.flatnonzero(over[1:] != over[:-1]):
-            part = (np.arcsinh(share) - at[k]) / (at[k + 1] - at[k])
-            first, last = (path[j].point.motion_m for j in (k, k + 1))
-            motion = as_complex(first + part * (last - first))
-            turn = share ** np.arange(len(motion))
-            found = at_speed(forced, as_real(turn[:, None] * motion), speed_rad_s)
-            if found is not None:
-                yield found
+            part = (sign * _WHOLE - at[k]) / (at[k + 1] - at[k])
+            motion = as_complex(motions[k] + part * (motions[k + 1] - motions[k]))
+            turn = sign ** np.arange(len(motion))
+            point = at_speed(forced, as_real(turn[:, None] * motion), speed_rad_s)
+            found += [] if point is None else [point]
+    whole = all(why == "closed" and abs(at[-1]) > _WHOLE for _, why in path.open_ends)
+    return found, None if whole else ShortPath(speed_rad_s, float(np.sinh(at[-1])))
 
 
-def _linear(forced: ForcedSystem, speed_rad_s: float) -> _Linear:
-    part = condensed(forced, speed_rad_s, 1, forced.motion)
-    shifts, eye = forced.shifts(1), np.eye(forced.width)
-    motion = [
-        la.solve(eye - shift * receptance, free, check_finite=False)
-        for shift, receptance, free in zip(shifts, part.receptance, part.free_m, strict=True)
-    ]
-    return _Linear(np.array(motion), la.pinv(part.receptance[1]) - shifts[1] * eye)
+def _linear_size(forced: ForcedSystem, speed_rad_s: float) -> float:
+    """Size of the motion at the joints without their forces."""
+    part, eye = condensed(forced, speed_rad_s, 1, forced.motion), np.eye(forced.width)
+    held = eye - forced.shifts(1)[1] * part.receptance[1]
+    return float(np.abs(np.linalg.solve(held, part.free_m[1])).max())
 
 
 def in_time(
     small: SmallMotions, ends: tuple[float, float], known: Sequence[Branch], harmonics: int
-) -> Iterator[Point]:
-    """Yield motions in balance that starts at several speeds settle to.
+) -> list[Point]:
+    """Return motions in balance that starts at several speeds settle to.
 
     `small`: shapes in which motions run; `known`: branches, beside whose motions they start;
     `harmonics`: of the base frequency.
     """
-    speeds = ends[0] + (np.arange(_SPEEDS) + 0.5) / _SPEEDS * (ends[1] - ends[0])
+    turns = small.forced.period_multiple
     points = [p.point for branch in known for p in branch.points]
     at = np.array([p.parameter for p in points])
     size = np.array([float(np.abs(p.motion_m).max()) for p in points])
-    near = [float(size[np.argmin(np.abs(at - speed))]) for speed in speeds]
+    speeds = np.linspace(*ends, 2 * _SPEEDS + 1)[1::2]
+    near = size[np.abs(at - speeds[:, None]).argmin(axis=1)]
     sizes = np.repeat(np.outer(near, _SIZES), _EACH, axis=1)
     each = np.repeat(speeds, sizes.shape[1])
     motions = settled(small, each, sizes.ravel(), harmonics)
-    yielded: list[Point] = []
+    found: list[Point] = []
     for speed, motion in zip(each.tolist(), motions, strict=True):
-        found = at_speed(small.forced, motion, speed) if np.isfinite(motion).all() else None
-        if found is None or repeats_earlier(found.motion_m, small.forced.period_multiple):
+        point = at_speed(small.forced, motion, speed) if np.isfinite(motion).all() else None
+        if point is None or repeats_earlier(point.motion_m, turns):
             continue
-        same = (
-            la.norm(later - other.motion_m) <= _SAME * la.norm(later)
-            for other in yielded
-            if other.parameter == speed
-            for later in later_turns(found.motion_m, small.forced.period_multiple)
-        )
-        if not any(same):
-            yielded.append(found)
-            yield found
+        if not any(
+            other.parameter == speed and apart(point.motion_m, other.motion_m, turns) <= _SAME
+            for other in found
+        ):
+            found.append(point)
+    return found

@@ -44,6 +44,7 @@ _KEYS = ("major_m", "largest_radius_m")
 # Why a branch is not known beyond an open end.
 _REASONS = {
     "lost": "no motion is found beyond it, although there must be one",
+    "closed": "a squeeze film is thinner than a hundredth of its clearance beyond it",
     "grows": "the motion grows beyond all bounds there; is there damping?",
     "long": "it had too many motions to be followed further; ask for a smaller range of speeds",
 }
@@ -195,6 +196,10 @@ class NonlinearResponseSpec(base.Analysis):
             ],
             "harmonics": found.harmonics,
             "truncation_error_estimate": found.truncation,
+            "stopped_load_paths": [
+                {"speed_rpm": path.speed_rad_s * RPM_PER_RAD_S, "load_share": path.load_share}
+                for path in found.stopped
+            ],
             "notes": _notes(self, found, engine.system),
         }
         isolated = _isolated_text(found)
@@ -326,6 +331,11 @@ def _notes(
         f"({branch.largest_radius_m[at, 0]:.4g} m at {spec.observe[0]}): {_REASONS[why]}."
         for number, branch in enumerate(found.branches, start=1)
         for at, why in branch.open_ends
+    ]
+    notes += [
+        f"Where the loads are raised from none at {path.speed_rad_s * RPM_PER_RAD_S:.6g} rpm, no "
+        f"motion is found beyond {path.load_share:.3g} times the loads: a branch may be missing."
+        for path in found.stopped
     ]
     ratio = abs(system.system.rotors[end_of(spec.unbalances[0].at).body].speed_ratio)
     highest = found.harmonics * ratio * spec.to_rpm / 60.0
