@@ -17,11 +17,10 @@ import scipy.linalg as la
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.nonlinear.harmonic_balance import Equations, Point, at_parameter, corrected
 
-# Steps along a branch: the first and the shortest; how they grow and shrink.
-_FIRST, _SHORTEST = 1e-3, 1e-7
-_GROWN, _SHRUNK = 1.5, 0.4
-# Corrections after which a step may grow, and those from which on it shrinks.
-_FEW, _MANY = 4, 7
+# Steps along a branch: the first and the shortest; how they shrink where one fails, and the next
+# after so many corrections.
+_FIRST, _SHORTEST, _SHRUNK = 1e-3, 1e-7, 0.4
+_NEXT = (4.0, 4.0, 2.5, 1.5, 1.5, 1.0, 1.0, 0.4)
 # Cosine of the angle by which a branch may turn in a step.
 _TURN = 0.94
 # How far behind a corner of a branch, where a gap closes all along an orbit, the next motion is;
@@ -151,10 +150,8 @@ def follow(course: Course, start: Point, sense: float) -> Branch:
             return Branch((*points, points[0]), True)
         points.append(ahead)
         here = ahead
-        if ahead.point.corrections <= _FEW:
-            step = min(_GROWN * step, course.longest)
-        elif ahead.point.corrections >= _MANY:
-            step *= _SHRUNK
+        corrections = min(ahead.point.corrections, len(_NEXT) - 1)
+        step = min(_NEXT[corrections] * step, course.longest)
     return Branch(tuple(points), False, ((-1, "long"),))
 
 

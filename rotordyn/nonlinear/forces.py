@@ -59,12 +59,13 @@ class CubicSpring:
     def at(self, displacement_m: FloatArray, velocity_m_per_s: FloatArray) -> ForceSamples:
         """Return the force at samples (t, 2) along x and y."""
         u, eye, along = displacement_m, np.eye(2), np.array(self.along_n_per_m3)
-        square = (u**2).sum(axis=1)
-        force = self.radial_n_per_m3 * square[:, None] * u + along * u**3
+        each = u * u
+        square = each.sum(axis=1)
+        force = (self.radial_n_per_m3 * square[:, None] + along * each) * u
         stiffness = self.radial_n_per_m3 * (
             square[:, None, None] * eye + 2.0 * u[:, :, None] * u[:, None, :]
         )
-        stiffness = stiffness + (3.0 * along * u**2)[:, :, None] * eye
+        stiffness = stiffness + (3.0 * along * each)[:, :, None] * eye
         return ForceSamples(force, stiffness, np.zeros_like(stiffness))
 
 

@@ -31,7 +31,7 @@ _SOME, _ISOTROPIC = 250, 1e-9
 # Speeds between the ends at which loads are raised, besides those of the largest linear motions;
 # harmonics then, the longest step, and points; and up to how many times the loads, as parameter.
 _BETWEEN, _HARMONICS, _LONGEST, _POINTS = 6, 3, 0.4, 200
-_WHOLE, _HEAVY = float(np.arcsinh(1.0)), float(np.arcsinh(1e3))
+_WHOLE, _HEAVY = float(np.arcsinh(1.0)), float(np.arcsinh(200.0))
 # Speeds at which motions are started in time, how far out beside the known motion, how many each.
 _SPEEDS, _SIZES, _EACH = 12, (1.0, 3.0, 10.0), 4
 # Motions that differ by less than this part are one.
@@ -155,15 +155,16 @@ def in_time(
 ) -> list[Point]:
     """Return motions in balance that starts at several speeds settle to.
 
-    `small`: shapes in which motions run; `known`: branches, beside whose motions they start;
-    `harmonics`: of the base frequency.
+    `small`: shapes in which motions run; `known`: branches, they start beside the smallest motions
+    of these; `harmonics`: of the base frequency.
     """
     turns = small.forced.period_multiple
-    points = [p.point for branch in known for p in branch.points]
-    at = np.array([p.parameter for p in points])
-    size = np.array([float(np.abs(p.motion_m).max()) for p in points])
     speeds = np.linspace(*ends, 2 * _SPEEDS + 1)[1::2]
-    near = size[np.abs(at - speeds[:, None]).argmin(axis=1)]
+    near = np.full(_SPEEDS, np.inf)  # the smallest known motion at each speed
+    for branch in known:
+        at = np.array([p.point.parameter for p in branch.points])
+        size = np.array([np.abs(p.point.motion_m).max() for p in branch.points])
+        near = np.minimum(near, size[np.abs(at - speeds[:, None]).argmin(axis=1)])
     sizes = np.repeat(np.outer(near, _SIZES), _EACH, axis=1)
     each = np.repeat(speeds, sizes.shape[1])
     motions = settled(small, each, sizes.ravel(), harmonics)
