@@ -65,14 +65,12 @@ class BranchPoint:
     """A motion on a branch.
 
     `point`: in balance. `along`: tangent of the branch in the direction in which it is followed,
-    motion (u,) in m and parameter, shape (u + 1,). `is_turning`: whether the parameter turns there;
-    `is_corner`: whether the branch has a corner there.
+    motion (u,) in m and parameter, shape (u + 1,). `is_turning`: whether the parameter turns there.
     """
 
     point: Point
     along: FloatArray
     is_turning: bool = False
-    is_corner: bool = False
 
     def place(self) -> FloatArray:
         """Return motion and parameter in a row, shape (u + 1,)."""
@@ -130,7 +128,7 @@ def follow(course: Course, start: Point, sense: float) -> Branch:
                 why: OpenEnd = "lost" if np.isfinite(near.residual_m).all() else "closed"
                 return Branch(tuple(points), False, ((-1, why),))
             turns = here.along[-1] * ahead.along[-1] < 0.0
-            points[-1] = here = replace(here, is_corner=True, is_turning=bool(turns))
+            points[-1] = here = replace(here, is_turning=bool(turns))
             step = _FIRST
         if not course.low <= ahead.point.parameter <= course.high:
             end = course.high if ahead.point.parameter > course.high else course.low

@@ -118,14 +118,15 @@ def with_harmonics(motion_m: FloatArray, harmonics: int) -> FloatArray:
     return found
 
 
-def apart(one_m: FloatArray, other_m: FloatArray, turns: int) -> float:
+def apart(one_m: FloatArray, other_m: FloatArray, turns: int = 1) -> float:
     """Return how far two motions are apart, over the size of the first.
 
-    `turns`: of the unbalance after which they repeat; one may begin some turns later.
+    The first has as many harmonics or fewer. `turns`: of the unbalance after which they repeat; one
+    may begin some turns later.
     """
-    phase = 2j * np.pi / turns * np.outer(np.arange(turns), np.arange(len(one_m) // 2 + 1))
-    later = (as_real(turned[:, None] * as_complex(one_m)) for turned in np.exp(phase))
-    return min(float(la.norm(motion - other_m)) for motion in later) / float(la.norm(one_m))
+    one, other = as_complex(with_harmonics(one_m, len(other_m) // 2)), as_complex(other_m)
+    phase = np.exp(2j * np.pi / turns * np.outer(np.arange(turns), np.arange(len(one))))
+    return float(la.norm(phase[:, :, None] * one - other, axis=(1, 2)).min() / la.norm(one))
 
 
 def repeats_earlier(motion_m: FloatArray, turns: int) -> bool:

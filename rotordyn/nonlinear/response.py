@@ -9,7 +9,6 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.coordinates import seat_motion
 from solidwhirl.rotordyn.assembly.parts import End
@@ -80,9 +79,9 @@ class NonlinearBranch(ReadOnlyArrays):
     places for e^{ikωt}, k = 0 to h, shape (p, h + 1, places, 2); `largest_radius_m`: largest
     distance from the position without loads, shape (p, places). `multiplier`: the Floquet
     multiplier furthest from 0, shape (p,); `is_stable`: whether small motions beside it die out;
-    `is_turning`: where the speed turns; `is_corner`: where the branch has a corner, as a gap closes
-    all along an orbit. `open_ends`: indices of ends that neither are ends of the range of speeds
-    nor meet a motion of fewer turns, and why; `is_closed`: whether the branch closes.
+    `is_turning`: where the speed turns. `open_ends`: indices of ends that neither are ends of the
+    range of speeds nor meet a motion of fewer turns, and why; `is_closed`: whether the branch
+    closes.
     `period_multiple`: turns of the unbalance after which motions repeat; ω is over that many.
     """
 
@@ -92,7 +91,6 @@ class NonlinearBranch(ReadOnlyArrays):
     multiplier: ComplexArray
     is_stable: BoolArray
     is_turning: BoolArray
-    is_corner: BoolArray
     open_ends: tuple[tuple[int, OpenEnd], ...] = ()
     is_closed: bool = False
     period_multiple: int = 1
@@ -173,7 +171,7 @@ def nonlinear_response(
     forced = forced_system(assembled, joints, unbalances, np.sqrt(low * high), gravity_m_per_s2)
     ends = (low, high)
     starts, stopped = starts_of_one_turn(forced, ends)
-    found, harmonics, truncation = _converged(forced, ends, starts, (), tolerance)
+    found, harmonics, truncation = _converged(forced, ends, starts, tolerance)
     if not found:
         raise AnalysisError(
             f"no steady motion is found from {low * RPM_PER_RAD_S:.6g} to "
@@ -185,10 +183,9 @@ def nonlinear_response(
     for turns in sorted(set(sought_turns)):
         own = replace(small, forced=forced.repeating_after(turns))
         more = in_time(own, ends, found, turns * max(harmonics, _FEWEST))
-        known = found if turns == 1 else ()
-        others, _, missed = _converged(own.forced, ends, more, known, tolerance)
+        more = [*starts, *more] if turns == 1 else more
+        groups[turns], _, missed = _converged(own.forced, ends, more, tolerance)
         truncation = max(truncation, missed)
-        groups[turns] = (*groups.get(turns, ()), *others)
     told: list[NonlinearBranch] = []
     jumps: list[Jump] = []
     for turns, group in groups.items():
@@ -208,28 +205,19 @@ def nonlinear_response(
 
 
 def _converged(
-    forced: ForcedSystem,
-    ends: tuple[float, float],
-    starts: Sequence[Point],
-    known: Sequence[Branch],
-    tolerance: float,
+    forced: ForcedSystem, ends: tuple[float, float], starts: Sequence[Point], tolerance: float
 ) -> tuple[tuple[Branch, ...], int, float]:
-    """Return branches through starts with as many harmonics as needed, and what more would change.
-
-    `known`: branches of one turn, which are not followed again. Branches, their number of
-    harmonics, and the largest change with the next number.
-    """
+    """Return branches through starts, their number of harmonics, and what more would change."""
     turns = forced.period_multiple
-    harmonics = len(starts[0].motion_m) // 2 if starts else turns
+    harmonics = max((len(start.motion_m) // 2 for start in starts), default=turns)
     while True:
         more = 2 * harmonics + turns
         tried = [_with_others(forced, start, harmonics) for start in starts]
         starts = [point for point in tried if point is not None]
+        some = starts[:: len(starts) // _SOME + 1]
+        others = [(p, _with_others(forced, p, more)) for p in some]
+        truncation = max((apart(p.motion_m, o.motion_m) for p, o in others if o), default=0.0)
         found: tuple[Branch, ...] = ()
-        truncation = max(
-            (_moved(p, _with_others(forced, p, more)) for p in starts[:: len(starts) // _SOME + 1]),
-            default=0.0,
-        )
         if truncation <= tolerance or more > _MOST:
             course = Course(
                 equations=partial(balance, forced),
@@ -240,7 +228,7 @@ def _converged(
                 bound_m=_GROWN * max((np.abs(s.motion_m).max() for s in starts), default=1.0),
                 turns=turns,
             )
-            found = _through(course, starts, known)
+            found = _through(course, starts)
             truncation = max((_truncation(forced, b, more) for b in found), default=0.0)
         if truncation <= tolerance or more > _MOST:
             return found, harmonics, truncation
@@ -248,13 +236,11 @@ def _converged(
         starts, harmonics = amid or starts, more
 
 
-def _through(
-    course: Course, points: Sequence[Point], known: Sequence[Branch]
-) -> tuple[Branch, ...]:
-    """Return the branches through points that are not on known ones, each once."""
+def _through(course: Course, points: Sequence[Point]) -> tuple[Branch, ...]:
+    """Return the branches through points, each once."""
     found: list[Branch] = []
     for point in points:
-        if any(_is_on(course, branch, point) for branch in (*known, *found)):
+        if any(_is_on(course, branch, point) for branch in found):
             continue
         branch = through(course, point)
         # one with an open end may be a part of it
@@ -270,31 +256,21 @@ def _through(
 def _is_on(course: Course, branch: Branch, point: Point) -> bool:
     """Whether a motion, or the same some turns later, is on a branch."""
     at = np.array([p.point.parameter for p in branch.points])
-    above = at > point.parameter
-    near = [(k, k + 1) for k in np.flatnonzero(above[1:] != above[:-1])]
-    near += [(k, k) for k in np.flatnonzero(np.abs(at - point.parameter) <= 1e-9 * at)]
-    for k, after in near:
-        share = (point.parameter - at[k]) / (at[after] - at[k]) if after > k else 0.0
-        first, last = (branch.points[j].point.motion_m for j in (k, after))
-        motion = with_harmonics(first + share * (last - first), len(point.motion_m) // 2)
+    low, high = np.minimum(at[1:], at[:-1]), np.maximum(at[1:], at[:-1])
+    near = 1e-9 * point.parameter  # ends of branches are those of the range, to rounding
+    for k in np.flatnonzero((low <= point.parameter + near) & (high >= point.parameter - near)):
+        first, last = (branch.points[j].point.motion_m for j in (k, k + 1))
+        share = (point.parameter - at[k]) / (at[k + 1] - at[k]) if high[k] > low[k] else 0.0
+        motion = first + share * (last - first)
         exact = at_parameter(course.equations, motion, point.parameter)
-        if exact is not None and apart(exact.motion_m, point.motion_m, course.turns) <= _SAME:
+        if exact and apart(exact.motion_m, point.motion_m, course.turns) <= _SAME:
             return True
     return False
 
 
 def _with_others(forced: ForcedSystem, point: Point, harmonics: int) -> Point | None:
     """Return the motion near one at its speed with another number of harmonics, None if none."""
-    if len(point.motion_m) == 2 * harmonics + 1:
-        return point
     return at_speed(forced, with_harmonics(point.motion_m, harmonics), point.parameter)
-
-
-def _moved(point: Point, other: Point | None) -> float:
-    if other is None:
-        return 0.0
-    motion = with_harmonics(point.motion_m, len(other.motion_m) // 2)
-    return float(la.norm(other.motion_m - motion) / la.norm(motion))
 
 
 def _truncation(forced: ForcedSystem, branch: Branch, harmonics: int) -> float:
@@ -312,7 +288,7 @@ def _change(forced: ForcedSystem, at: BranchPoint, harmonics: int) -> float:
     found = corrected(partial(balance, forced), (motion, speed), row, size)
     if found is None:
         return np.inf
-    return max(_moved(at.point, found), abs(found.parameter / speed - 1.0))
+    return max(apart(motion, found.motion_m), abs(found.parameter / speed - 1.0))
 
 
 def place_motion(forced: ForcedSystem, point: Point, rows: FloatArray) -> ComplexArray:
@@ -340,7 +316,6 @@ def _told(small: SmallMotions, branch: Branch, rows: FloatArray) -> NonlinearBra
         multiplier=largest,
         is_stable=np.abs(largest) <= 1.0 + GROWS,
         is_turning=np.array([p.is_turning for p in branch.points]),
-        is_corner=np.array([p.is_corner for p in branch.points]),
         open_ends=branch.open_ends,
         is_closed=branch.is_closed,
         period_multiple=forced.period_multiple,

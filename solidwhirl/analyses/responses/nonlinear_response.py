@@ -196,10 +196,6 @@ class NonlinearResponseSpec(base.Analysis):
             ],
             "harmonics": found.harmonics,
             "truncation_error_estimate": found.truncation,
-            "stopped_load_paths": [
-                {"speed_rpm": path.speed_rad_s * RPM_PER_RAD_S, "load_share": path.load_share}
-                for path in found.stopped
-            ],
             "notes": _notes(self, found, engine.system),
         }
         isolated = _isolated_text(found)
@@ -235,7 +231,7 @@ class NonlinearResponseSpec(base.Analysis):
         places = list(branches[0]["places"])
         joined = {
             key: [v for b in branches for v in b[key]]
-            for key in ("speed_rpm", "stable", "turning", "corner", "largest_multiplier")
+            for key in ("speed_rpm", "stable", "turning", "largest_multiplier")
         }
         radii = {
             key: [[v for b in branches for v in b["places"][place][key]] for place in places]
@@ -286,7 +282,6 @@ def _branch_document(branch: NonlinearBranch, places: Sequence[str]) -> dict[str
         "speed_rpm": (branch.speeds_rad_s * RPM_PER_RAD_S).tolist(),
         "stable": branch.is_stable.tolist(),
         "turning": branch.is_turning.tolist(),
-        "corner": branch.is_corner.tolist(),
         "largest_multiplier": np.abs(branch.multiplier).tolist(),
         "followed_to_its_end": not branch.open_ends,
         "open_ends": [
