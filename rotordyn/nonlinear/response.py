@@ -331,10 +331,9 @@ def _jumps(
     jumps = []
     for number, branch in enumerate(told):
         speeds = branch.speeds_rad_s
+        changing = np.flatnonzero(branch.is_stable[1:] != branch.is_stable[:-1])
         for at in np.flatnonzero(branch.is_turning):
-            if not 0 < at < speeds.size - 1:
-                continue
-            if branch.is_stable[at - 1] == branch.is_stable[at + 1]:
+            if at == 0 or np.abs(changing - at).min(initial=_BESIDE) >= _BESIDE:
                 continue
             after = _landing(forced, found, told, (number, int(at)))
             jumps.append(
