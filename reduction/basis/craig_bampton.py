@@ -92,45 +92,40 @@ def reduction_basis(
         operators=operators, rows=all_rows, free=free, shift=shift, modes=modes, orders=kept
     )
     factor = fixed_modes.held_solver(problem)
-    try:
-        direct = isinstance(factor, ConstrainedFactor)
-        solved = ["factorisation at rest" if direct else "multigrid at rest"]
-        constraint = _constraint_modes(operators, factor)
-        candidates = []
-        if rows.shape[1]:
-            # what the inertia of the constraint modes bends between the interfaces, statically
-            inertia = apply(operators.mass, _apart(operators, constraint))
-            candidates.append(factor.solve(inertia, None)[: len(rows)])
-            solved.append(f"inertia corrections of constraint modes: {rows.shape[1]}")
-        fixed = fixed_modes.interior_modes(problem, factor)
-        solved.append(f"fixed-interface modes at rest: {fixed.asked}")
-        if (count := len(fixed.eigenvalues)) < problem.wanted:
-            solved.append(f"of the {problem.wanted} modes asked for the mesh has {count}")
-        candidates.append(fixed.vectors)
-        # a solid mesh mixes circumferential orders
-        exact = len(candidates) if kept is None and direct else 0
-        if _prestress_matters(operators, fixed.vectors, maximum_speed_rad_s):
-            for speed in (*speeds_between_rad_s, maximum_speed_rad_s):
-                named = "top speed" if speed == maximum_speed_rad_s else f"{speed:.6g} rad/s"
-                candidates.append(_modes_at(problem, factor, fixed, speed, named, solved))
-        interior, eigenvalues = merged(operators, free, candidates, kept, exact=exact)
-        return Basis(
-            vectors=np.hstack([constraint, interior]),
-            interface_count=rows.shape[1],
-            eigenvalues=eigenvalues,
-            fixed_eigenvalues=fixed.eigenvalues,
-            fixed_vectors=fixed.vectors,
-            omitted_eigenvalue=fixed.beyond,
-            factor=factor,
-            shift=shift,
-            free=free,
-            solved=tuple(solved),
-            found_eigenvalues=fixed.known,
-        )
-    except BaseException:
-        # gigabytes of address space, which Python leaves to PETSc's own collection
-        factor.destroy()
-        raise
+    direct = isinstance(factor, ConstrainedFactor)
+    solved = ["factorisation at rest" if direct else "multigrid at rest"]
+    constraint = _constraint_modes(operators, factor)
+    candidates = []
+    if rows.shape[1]:
+        # what the inertia of the constraint modes bends between the interfaces, statically
+        inertia = apply(operators.mass, _apart(operators, constraint))
+        candidates.append(factor.solve(inertia, None)[: len(rows)])
+        solved.append(f"inertia corrections of constraint modes: {rows.shape[1]}")
+    fixed = fixed_modes.interior_modes(problem, factor)
+    solved.append(f"fixed-interface modes at rest: {fixed.asked}")
+    if (count := len(fixed.eigenvalues)) < problem.wanted:
+        solved.append(f"of the {problem.wanted} modes asked for the mesh has {count}")
+    candidates.append(fixed.vectors)
+    # a solid mesh mixes circumferential orders
+    exact = len(candidates) if kept is None and direct else 0
+    if _prestress_matters(operators, fixed.vectors, maximum_speed_rad_s):
+        for speed in (*speeds_between_rad_s, maximum_speed_rad_s):
+            named = "top speed" if speed == maximum_speed_rad_s else f"{speed:.6g} rad/s"
+            candidates.append(_modes_at(problem, factor, fixed, speed, named, solved))
+    interior, eigenvalues = merged(operators, free, candidates, kept, exact=exact)
+    return Basis(
+        vectors=np.hstack([constraint, interior]),
+        interface_count=rows.shape[1],
+        eigenvalues=eigenvalues,
+        fixed_eigenvalues=fixed.eigenvalues,
+        fixed_vectors=fixed.vectors,
+        omitted_eigenvalue=fixed.beyond,
+        factor=factor,
+        shift=shift,
+        free=free,
+        solved=tuple(solved),
+        found_eigenvalues=fixed.known,
+    )
 
 
 def _shift(operators: BodyOperators, free: Matrix) -> float:

@@ -12,7 +12,11 @@ from solidwhirl.reduction.errors import FactorMemoryError, ReductionError
 from solidwhirl.reduction.operators import kinematics
 from solidwhirl.reduction.operators.dofs import Unknowns, motion_vectors
 from solidwhirl.reduction.operators.kinematics import COMPONENTS, Kinematics
-from solidwhirl.reduction.solvers.constrained import ConstrainedFactor, factorise
+from solidwhirl.reduction.solvers.constrained import (
+    ConstrainedFactor,
+    factorise,
+    predicted_factor_bytes,
+)
 from solidwhirl.reduction.solvers.hierarchy import BlockPlaces, hierarchy_of
 from solidwhirl.reduction.solvers.memory import available_memory_bytes
 from solidwhirl.reduction.solvers.multigrid import ConstrainedIteration, constrained_iteration
@@ -22,10 +26,6 @@ from solidwhirl.rotordyn.core.arrays import FloatArray
 Solver = ConstrainedFactor | ConstrainedIteration
 #: How the systems of a solid may be solved.
 SOLVERS = ("auto", "direct", "iterative")
-
-#: Memory of a factor of 1e5 unknowns of a solid [bytes] (bench/multigrid.py), and its power.
-FACTOR_BYTES, FACTOR_POWER = 5.5e8, 4.0 / 3.0
-_UNKNOWNS = 1e5
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,11 +40,6 @@ class ExpectedFactor:
     def fits(self) -> bool:
         """Whether it fits, as far as is known."""
         return self.available_bytes is None or self.needed_bytes <= self.available_bytes
-
-
-def predicted_factor_bytes(unknowns: int) -> float:
-    """Memory of MUMPS for a solid on all ranks, from measurements of other solids."""
-    return float(FACTOR_BYTES * (unknowns / _UNKNOWNS) ** FACTOR_POWER)
 
 
 def expected_factor(unknowns: int, comm: Any) -> ExpectedFactor:

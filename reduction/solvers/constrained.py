@@ -23,6 +23,14 @@ from solidwhirl.rotordyn.core.arrays import FloatArray, Matrix
 #: Right-hand sides that MUMPS takes through the factor together (ICNTL(27)).
 SOLUTION_BLOCK = 32
 _MEGABYTE = 1_000_000
+#: Memory of a factor of 1e5 unknowns of a solid [bytes] (bench/multigrid.py), and its power.
+FACTOR_BYTES, FACTOR_POWER = 5.5e8, 4.0 / 3.0
+_UNKNOWNS = 1e5
+# Memory a factor may take at first: of the smallest [bytes], and of what is expected; others than
+# solids are below.
+_FIRST_BYTES, _OF_EXPECTED = 500_000_000, 3.0
+# What MUMPS says where memory is short, INFOG(1).
+_OF_MEMORY = (-9, -13, -19)
 
 
 def bordered(matrix: Any, rows: FloatArray) -> Any:
@@ -99,6 +107,11 @@ class ConstrainedFactor:
         self.solver.destroy()
         self.matrix.destroy()
 
+    def __del__(self) -> None:
+        """Free them with the last reference; several ranks let go together, see `factorise`."""
+        if not PETSc.Sys.isFinalized() and self.matrix.handle and self.matrix.comm.size == 1:
+            self.destroy()
+
     def solve(self, force: Matrix | None, values: Matrix | None) -> Matrix:
         """Solve A u + B λ = force, Bᴴ u = values.
 
@@ -138,6 +151,11 @@ class ConstrainedFactor:
         return out
 
 
+def predicted_factor_bytes(unknowns: int) -> float:
+    """Memory of MUMPS for a solid on all ranks, from measurements of other solids."""
+    return float(FACTOR_BYTES * (unknowns / _UNKNOWNS) ** FACTOR_POWER)
+
+
 def factorise(matrix: Any, rows: Matrix) -> ConstrainedFactor:
     """Factorise a symmetric matrix bordered with constraint rows.
 
@@ -148,13 +166,21 @@ def factorise(matrix: Any, rows: Matrix) -> ConstrainedFactor:
     """
     border = real_rows(rows)
     whole = bordered(matrix, border)
-    solver = PETSc.KSP().create(whole.comm)
-    solver.setOperators(whole)
+    # of several ranks: what none of them refers to any more ends here
+    PETSc.garbage_cleanup(whole.comm)
     available = available_memory_bytes(whole.comm.tompi4py())
-    _mumps(solver, available)
     BODIES.add("factorisations")
-    solver.setUp()
-    result = solver.getPC().getFactorMatrix()
+    limits = _limits(whole.getSize()[0], available)
+    for limit in limits:
+        solver = PETSc.KSP().create(whole.comm)
+        solver.setOperators(whole)
+        _mumps(solver, limit)
+        solver.setUp()
+        result = solver.getPC().getFactorMatrix()
+        if int(result.getMumpsInfog(1)) not in _OF_MEMORY or limit is limits[-1]:
+            break
+        for part in (result, solver):
+            part.destroy()
     try:
         _refuse_failure(result, whole.getSize()[0], available)
     except ReductionError:
@@ -175,8 +201,20 @@ def factorise(matrix: Any, rows: Matrix) -> ConstrainedFactor:
     )
 
 
-def _mumps(context: Any, available: int | None) -> None:
-    """Direct solution by MUMPS, symmetric."""
+def _limits(unknowns: int, available: int | None) -> list[int | None]:
+    """Memory that MUMPS may take [bytes]: first what is expected, then all there is.
+
+    It takes the address space at once, of which only what is needed becomes memory; but a process
+    of more than the machine's memory can't be forked.
+    """
+    if available is None:
+        return [None]
+    first = _FIRST_BYTES + int(_OF_EXPECTED * predicted_factor_bytes(unknowns))
+    return [first, available] if first < available else [available]
+
+
+def _mumps(context: Any, limit: int | None) -> None:
+    """Direct solution by MUMPS, symmetric, in at most `limit` bytes."""
     context.setType(PETSc.KSP.Type.PREONLY)
     pc = context.getPC()
     pc.setType(PETSc.PC.Type.CHOLESKY)
@@ -186,9 +224,8 @@ def _mumps(context: Any, available: int | None) -> None:
     factor.setMumpsIcntl(13, 1)  # root on one process: the inertia is then counted whole
     factor.setMumpsIcntl(14, 40)  # work space for delayed pivots of the border
     factor.setMumpsIcntl(27, SOLUTION_BLOCK)
-    if available is not None:
-        # what it may take; address space, of which only what is needed becomes memory
-        factor.setMumpsIcntl(23, max(1, available // _MEGABYTE))
+    if limit is not None:
+        factor.setMumpsIcntl(23, max(1, limit // _MEGABYTE))
     factor.destroy()  # this reference to it
 
 
@@ -198,7 +235,7 @@ def _refuse_failure(factor: Any, size: int, available: int | None) -> None:
     if state >= 0:
         return
     needed = int(factor.getMumpsInfog(16)) / 1e3
-    if state in (-9, -13, -19) and available is not None:
+    if state in _OF_MEMORY and available is not None:
         raise FactorMemoryError(
             f"the factor of {size} unknowns needs {needed:.3g} GB of memory in one process and "
             f"{available / 1e9:.3g} GB are available; take a coarser mesh, the harmonic level, "

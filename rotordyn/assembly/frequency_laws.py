@@ -65,6 +65,10 @@ class FrequencyLaw(SpeedLaw, DynamicStiffness, Protocol):
     def knots_of_frequency(self) -> tuple[float, ...]:
         """Frequencies at which Z is not smooth, rising; it is constant before and beyond them."""
 
+    @property
+    def knots_of_speed(self) -> tuple[float, ...]:
+        """Spin speeds at which Z is not smooth, rising."""
+
     def at_frequency(self, speed_rad_s: float, frequency_rad_s: float) -> Coefficients:
         """Return K, C and M at a speed and a frequency, Z(iω) = K + iωC − ω²M."""
 
@@ -127,6 +131,7 @@ class AnyFrequencyLaw:
     depends_on_growth = True
     is_table = False
     knots_of_frequency: tuple[float, ...] = ()
+    knots_of_speed: tuple[float, ...] = ()
 
     def dynamic_stiffness(self, speed_rad_s: float, rate: complex) -> ComplexArray:
         """Return Z(Ω, s), see `FrequencyLaw`."""
@@ -238,6 +243,11 @@ class FrequencyTableLaw(AnyFrequencyLaw):
     def knots_of_frequency(self) -> tuple[float, ...]:  # type: ignore[override]
         """The tabulated frequencies."""
         return tuple(float(v) for v in self.frequencies_rad_s)
+
+    @property
+    def knots_of_speed(self) -> tuple[float, ...]:  # type: ignore[override]
+        """The tabulated speeds, none if all rows are alike."""
+        return tuple(float(v) for v in self.speeds_rad_s) if self.follows_spin else ()
 
     def at_frequency(self, speed_rad_s: float, frequency_rad_s: float) -> Coefficients:
         """Return K, C and M at a speed and a frequency."""
@@ -351,6 +361,11 @@ class MirroredFrequencyLaw(OfAnotherLaw, AnyFrequencyLaw):
     def knots_of_frequency(self) -> tuple[float, ...]:  # type: ignore[override]
         """Frequencies at which the law is not smooth."""
         return self.law.knots_of_frequency
+
+    @property
+    def knots_of_speed(self) -> tuple[float, ...]:  # type: ignore[override]
+        """Spin speeds at which the law is not smooth."""
+        return self.law.knots_of_speed
 
     def dynamic_stiffness(self, speed_rad_s: float, rate: complex) -> ComplexArray:
         """Return Z(Ω, s) in the mirror."""

@@ -61,8 +61,8 @@ class _FrequencyLaw:
 
     @property
     def speed_knots(self) -> tuple[float, ...]:
-        knots = getattr(self.law, "knots_of_speed", ())
-        return tuple(knot / self.ratio for knot in knots if knot > 0) if self.ratio else ()
+        knots = self.law.knots_of_speed if self.ratio else ()
+        return tuple(knot / self.ratio for knot in knots if knot > 0)
 
     @property
     def frequency_knots(self) -> tuple[float, ...]:

@@ -253,7 +253,8 @@ class TrackingNote:
         their shapes and part), "ambiguous" (the MAC stayed low however small the step),
         "ended" (no partner: the branch became overdamped or rigid), "range" (a body runs faster
         than its basis was made for), "indefinite" (K + Ω²K2 has negative eigenvalues),
-        "untracked" (a mode below the frequency limit has no branch from the first speed on).
+        "steep law" (a bearing makes the mode by rising over the frequency more steeply than a
+        passive support can, see `Modes.index`).
     speed_rad_s
         Where, rad/s.
     branches
@@ -263,7 +264,15 @@ class TrackingNote:
     """
 
     kind: Literal[
-        "crossing", "veering", "ambiguous", "begun", "ended", "empty", "range", "indefinite"
+        "crossing",
+        "veering",
+        "ambiguous",
+        "begun",
+        "ended",
+        "empty",
+        "range",
+        "indefinite",
+        "steep law",
     ]
     speed_rad_s: float
     branches: tuple[int, ...]
@@ -283,6 +292,7 @@ def branch_notes(
         *_meeting_notes(assembled, at_speeds),
         *_end_notes(assembled, at_speeds),
         *_ambiguity_notes(at_speeds),
+        *_steep_law_notes(at_speeds),
     )
 
 
@@ -387,6 +397,25 @@ def _ambiguity_notes(at_speeds: Sequence[Tracked]) -> Iterator[TrackingNote]:
             yield TrackingNote(
                 kind="ambiguous", speed_rad_s=speed, branches=(int(branch),), text=text
             )
+
+
+def _steep_law_notes(at_speeds: Sequence[Tracked]) -> Iterator[TrackingNote]:
+    """Say which branches have roots of index −1, and where."""
+    steep: dict[int, list[float]] = {}
+    for at_speed in at_speeds:
+        index = at_speed.modes.index
+        if index is None:
+            continue
+        alive = np.flatnonzero(at_speed.columns >= 0)
+        for branch in alive[index[at_speed.columns[alive]] < 0].tolist():
+            steep.setdefault(branch, []).append(at_speed.modes.speed_rad_s)
+    for branch, speeds in sorted(steep.items()):
+        text = (
+            f"branch {branch + 1} from {min(speeds):.6g} to {max(speeds):.6g} rad/s is made by a "
+            "bearing whose coefficients rise with the frequency more steeply than those of a "
+            "passive support can; no verdict rests on it"
+        )
+        yield TrackingNote(kind="steep law", speed_rad_s=min(speeds), branches=(branch,), text=text)
 
 
 def _meeting_notes(

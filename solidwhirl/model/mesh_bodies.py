@@ -146,15 +146,21 @@ def _named(name: str) -> Iterator[None]:
 
 
 def _built(scene: Scene, name: str, spec: MeshBodySpec) -> MeshedBody:
-    from solidwhirl.meshing.imported.body import is_round
-
     with _named(name):
         request = _request(spec, scene_materials(scene))
         is_open = request.shape == "round" and spec.symmetry == "auto"
-        if is_open and not is_round(_mesh(_coarse(request), name)):
+        if is_open and not _is_round(request, name):
             request = replace(request, shape="asymmetric")
         disks = tuple(RigidDisk(**d.model_dump()) for d in spec.rigid_disks)
         return _body(name, request, disks)
+
+
+@lru_cache(maxsize=16)
+def _is_round(request: MeshRequest, name: str) -> bool:
+    """Whether the body of a request is one of revolution, asked several times by a command."""
+    from solidwhirl.meshing.imported.body import is_round
+
+    return is_round(_mesh(_coarse(request), name))
 
 
 def _coarse(request: MeshRequest) -> MeshRequest:

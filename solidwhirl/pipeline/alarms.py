@@ -22,7 +22,7 @@ class Alarm:
     """Something physical that the results warn of."""
 
     #: "unstable", "unstable operation", "response above threshold" (run-ups too), "run-up
-    #: diverged", "compared model diverged", "meets order 1" or "joint lifts"
+    #: diverged", "compared model diverged", "meets order 1", "steep law" or "joint lifts"
     kind: str
     #: One line, rpm first
     message: str
@@ -45,11 +45,22 @@ def alarms_of(
 
 
 def order_alarms(notes: Sequence[TrackingNote], stability: Stability) -> Iterator[Alarm]:
-    """One line for each speed at which a stable mode stands still in space.
+    """One line for each speed at which a stable mode stands still in space, and for steep laws.
 
     `notes`: of the Campbell diagram. The frequency of the mode is 1/rev in the axes of the shaft;
     where it is unstable from there on, that is said instead.
     """
+    steep = [note for note in notes if note.kind == "steep law"]
+    if steep:
+        speed_rpm = min(note.speed_rad_s for note in steep) * RPM_PER_RAD_S
+        yield Alarm(
+            kind="steep law",
+            message=f"{speed_rpm:.6g} rpm: the coefficients of a bearing rise with the frequency "
+            "more steeply than those of a passive support can, and make a mode of their own "
+            f"(branch {', '.join(str(note.branches[0] + 1) for note in steep)}); no verdict rests "
+            "on it",
+            speed_rpm=speed_rpm,
+        )
     for note in notes:
         speed = note.speed_rad_s
         beyond = covering(stability.intervals, *(f * speed * RPM_PER_RAD_S for f in _AROUND))

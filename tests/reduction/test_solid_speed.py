@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import resource
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -136,6 +138,32 @@ def test_a_factor_that_does_not_fit_is_refused(operators, monkeypatch):
     monkeypatch.setattr(constrained, "available_memory_bytes", lambda comm: 2_000_000)
     with pytest.raises(ReductionError, match=r"needs .* GB of memory .* 0.002 GB are available"):
         constrained.factorise(body.stiffness, body.coupling.rows)
+
+
+def test_memory_of_a_factor_begins_with_what_is_expected_and_ends_with_its_last_reference(
+    operators, monkeypatch
+):
+    """MUMPS takes address space at once: hundreds of factors of a process must not add up."""
+    from solidwhirl.reduction.solvers import constrained
+
+    def mapped():
+        return int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+
+    body = operators(None)
+    before = mapped()
+    factor = constrained.factorise(body.stiffness, body.coupling.rows)
+    held = mapped() - before
+    assert 0.4 * constrained._FIRST_BYTES < held < 4 * constrained._FIRST_BYTES
+    answer = factor.solve(None, np.eye(factor.border))
+    del factor
+    assert mapped() - before < 0.5 * held
+    # too little at first is followed by all there is
+    monkeypatch.setattr(constrained, "_FIRST_BYTES", 2_000_000)
+    monkeypatch.setattr(constrained, "_OF_EXPECTED", 0.0)
+    again = constrained.factorise(body.stiffness, body.coupling.rows)
+    np.testing.assert_allclose(
+        again.solve(None, np.eye(again.border)), answer, atol=1e-9 * np.abs(answer).max()
+    )
 
 
 @pytest.mark.parametrize(("coupling", "length"), [("rigid", 0.8), ("distributing", 0.2)])

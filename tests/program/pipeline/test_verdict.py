@@ -178,6 +178,17 @@ def test_a_mode_that_stands_still_in_space_is_told_unless_it_grows():
     assert alone == first
 
 
+def test_modes_made_by_a_steep_law_are_warned_of_once():
+    notes = [
+        TrackingNote(kind="steep law", speed_rad_s=rpm * RPM, branches=(k,), text="")
+        for k, rpm in ((4, 800.0), (2, 600.0))
+    ]
+    still = Stability(low_rpm=0.0, high_rpm=900.0, intervals=(), at_operating=())
+    (told,) = order_alarms(notes, still)
+    assert told.message.startswith("600 rpm: ")
+    assert "(branch 5, 3)" in told.message
+
+
 def test_each_onset_alarms_once():
     """Flutter from 4500 rpm on, where a shaft runs that has not begun to before."""
     found = Stability(

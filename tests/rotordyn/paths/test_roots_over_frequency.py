@@ -77,6 +77,12 @@ def test_a_pair_born_at_a_fold_opens_the_unstable_range():
     roots = frequency_roots(operator_of(system), 8600.0 * RAD_S_PER_RPM)
     assert [root.sign for root in roots] == [1, 1, -1, 1, 1, 1]
     assert max(root.residual for root in roots) < 1e-11
+    # the fold's other root is shown, marked, and told of once
+    speeds = np.array([8310.0, 8600.0, 9000.0]) * RAD_S_PER_RPM
+    diagram = rd.campbell(system, speeds, frequency_max_hz=200.0)
+    (note,) = (note for note in diagram.notes if note.kind == "steep law")
+    marked = diagram.eigenvalues[note.branches[0]]
+    assert np.nanmin(np.abs(marked - roots[2].value)) < 1e-6 * abs(roots[2].value)
 
 
 def test_controllers_are_states():
