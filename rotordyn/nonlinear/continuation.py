@@ -7,6 +7,7 @@ over their size and parameters over a unit.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
@@ -153,6 +154,17 @@ def follow(course: Course, start: Point, sense: float) -> Branch:
     return Branch(tuple(points), False, ((-1, "long"),))
 
 
+def passing(points: Sequence[BranchPoint], parameter: float) -> Iterator[tuple[int, FloatArray]]:
+    """Yield where a branch passes a parameter, the place before, and the motion between two."""
+    at = np.array([p.point.parameter for p in points])
+    low, high = np.minimum(at[1:], at[:-1]), np.maximum(at[1:], at[:-1])
+    near = 1e-9 * abs(parameter)  # ends of branches are those of the range, to rounding
+    for k in np.flatnonzero((low <= parameter + near) & (high >= parameter - near)).tolist():
+        first, last = (points[j].point.motion_m for j in (k, k + 1))
+        share = (parameter - at[k]) / (at[k + 1] - at[k]) if high[k] > low[k] else 0.0
+        yield k, first + share * (last - first)
+
+
 def _metric(point: Point, course: Course, least_m: float = 0.0) -> FloatArray:
     """Units of motion and parameter at a point, shape (u + 1,)."""
     size = max(float(np.abs(point.motion_m).max()), least_m, course.size_m)
@@ -201,9 +213,8 @@ def _beyond_corner(
     Its tangent is that of the equations beyond the corner, in the sense that does not lead back.
     """
     here = points[-1]
-    before = [here.place() - p.place() for p in points]
-    far = [b for b in before if la.norm(b / metric) > _BEFORE]
-    came = far[-1] if far else here.along
+    before = (here.place() - p.place() for p in reversed(points))
+    came = next((b for b in before if la.norm(b / metric) > _BEFORE), here.along)
     came = came / float(la.norm(came / metric))
     shape = here.point.motion_m.shape
     for reach in _REACHES:
@@ -245,23 +256,18 @@ def _turning_point(
     course: Course, here: BranchPoint, ahead: BranchPoint, length: float, metric: FloatArray
 ) -> BranchPoint | None:
     """Return where the parameter turns between two motions, None where it does so too sharply."""
-    best: BranchPoint | None = None
 
-    def along_parameter(part: float) -> float:
-        nonlocal best
-        if part in (0.0, length):
-            return float((here if part == 0.0 else ahead).along[-1] / course.unit)
-        found = _step(course, here, part, metric)
+    def at(part: float) -> BranchPoint:
+        found = here if part == 0.0 else _step(course, here, part, metric)
         if found is None:
             raise ArithmeticError
-        if best is None or abs(found.along[-1]) < abs(best.along[-1]):
-            best = found
-        return float(found.along[-1] / course.unit)
+        return found
+
+    def rise(part: float) -> float:
+        return float(at(part).along[-1] / course.unit)
 
     try:
-        scipy.optimize.brentq(
-            along_parameter, 0.0, length, xtol=1e-3 * _TURNED * length, maxiter=60, disp=False
-        )
+        part = scipy.optimize.brentq(rise, 0.0, length, xtol=1e-3 * _TURNED * length)
+        return replace(at(part), is_turning=True)
     except ArithmeticError:
         return None
-    return None if best is None else replace(best, is_turning=True)

@@ -24,8 +24,6 @@ _SAMPLES, _PER_HARMONIC = 512, 16
 _MOST_STEPS, _SHORTENED = 14, 6
 # A correction, relative to the motion, at which Newton's method has converged.
 _CONVERGED = 1e-11
-# Harmonics other than those of fewer turns below this part of a motion are none.
-_NONE = 1e-3
 _TINY = float(np.finfo(float).tiny)
 
 
@@ -118,26 +116,15 @@ def with_harmonics(motion_m: FloatArray, harmonics: int) -> FloatArray:
     return found
 
 
-def apart(one_m: FloatArray, other_m: FloatArray, turns: int = 1) -> float:
-    """Return how far two motions are apart, over the size of the first.
+def gaps(one_m: FloatArray, other_m: FloatArray, turns: int = 1) -> FloatArray:
+    """Return how far two motions are apart, over the size of the first, shape (turns,).
 
-    The first has as many harmonics or fewer. `turns`: of the unbalance after which they repeat; one
-    may begin some turns later.
+    The first begins 0, 1, ... turns of the unbalance later; they repeat after `turns`. It has as
+    many harmonics as the other or fewer.
     """
     one, other = as_complex(with_harmonics(one_m, len(other_m) // 2)), as_complex(other_m)
     phase = np.exp(2j * np.pi / turns * np.outer(np.arange(turns), np.arange(len(one))))
-    return float(la.norm(phase[:, :, None] * one - other, axis=(1, 2)).min() / la.norm(one))
-
-
-def repeats_earlier(motion_m: FloatArray, turns: int) -> bool:
-    """Tell whether a motion repeats after fewer turns than those of its period."""
-    size = np.abs(as_complex(motion_m)).max(axis=1)
-    order = np.arange(size.size)
-    return any(
-        size[order % divisor != 0].max() <= _NONE * size[1:].max()
-        for divisor in range(2, turns + 1)
-        if turns % divisor == 0
-    )
+    return np.asarray(la.norm(phase[:, :, None] * one - other, axis=(1, 2)) / la.norm(one))
 
 
 def joint_samples(

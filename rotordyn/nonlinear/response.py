@@ -23,9 +23,9 @@ from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.nonlinear.continuation import (
     Branch,
-    BranchPoint,
     Course,
     OpenEnd,
+    passing,
     through,
 )
 from solidwhirl.rotordyn.nonlinear.forced_system import (
@@ -36,13 +36,13 @@ from solidwhirl.rotordyn.nonlinear.forced_system import (
 )
 from solidwhirl.rotordyn.nonlinear.harmonic_balance import (
     Point,
-    apart,
     as_real,
     at_parameter,
     at_speed,
     balance,
     corrected,
     fourier,
+    gaps,
     with_harmonics,
 )
 from solidwhirl.rotordyn.nonlinear.stability import (
@@ -51,7 +51,7 @@ from solidwhirl.rotordyn.nonlinear.stability import (
     multipliers,
     small_motions,
 )
-from solidwhirl.rotordyn.nonlinear.starts import ShortPath, in_time, starts_of_one_turn
+from solidwhirl.rotordyn.nonlinear.starts import in_time, starts_of_one_turn
 from solidwhirl.rotordyn.response.harmonic_response import check_lateral
 from solidwhirl.rotordyn.response.orbits import elliptic_orbits
 from solidwhirl.rotordyn.response.unbalance import Unbalance
@@ -129,8 +129,8 @@ class NonlinearResponse:
     `places`: observed; `branches`: those of one turn, through the lowest speed first, then those of
     more; `jumps`, `changes`: by place along the branches. `harmonics`: h that were balanced, of the
     branches of one turn; `truncation`: largest change of motions (relative to their own size) and
-    speeds with twice as many. `stopped`: paths of raised loads that stop, so that motions to which
-    they alone lead are not known.
+    speeds with twice as many. `stopped`: speeds (rad/s) at which a path of raised loads stops,
+    and at which part of them: motions to which it alone leads are not known.
     """
 
     places: tuple[End, ...]
@@ -139,7 +139,7 @@ class NonlinearResponse:
     changes: tuple[StabilityChange, ...]
     harmonics: int
     truncation: float
-    stopped: tuple[ShortPath, ...] = ()
+    stopped: tuple[tuple[float, float], ...] = ()
 
 
 def nonlinear_response(
@@ -210,13 +210,16 @@ def _converged(
     """Return branches through starts, their number of harmonics, and what more would change."""
     turns = forced.period_multiple
     harmonics = max((len(start.motion_m) // 2 for start in starts), default=turns)
+
+    def with_count(point: Point, count: int) -> Point | None:
+        return at_speed(forced, with_harmonics(point.motion_m, count), point.parameter)
+
     while True:
         more = 2 * harmonics + turns
-        tried = [_with_others(forced, start, harmonics) for start in starts]
-        starts = [point for point in tried if point is not None]
+        starts = [p for start in starts if (p := with_count(start, harmonics))]
         some = starts[:: len(starts) // _SOME + 1]
-        others = [(p, _with_others(forced, p, more)) for p in some]
-        truncation = max((apart(p.motion_m, o.motion_m) for p, o in others if o), default=0.0)
+        moved = [gaps(p.motion_m, o.motion_m)[0] for p in some if (o := with_count(p, more))]
+        truncation = max(moved, default=0.0)
         found: tuple[Branch, ...] = ()
         if truncation <= tolerance or more > _MOST:
             course = Course(
@@ -243,11 +246,9 @@ def _through(course: Course, points: Sequence[Point]) -> tuple[Branch, ...]:
         if any(_is_on(course, branch, point) for branch in found):
             continue
         branch = through(course, point)
-        # one with an open end may be a part of it
-        amid = [b.points[len(b.points) // 2].point for b in found]
-        found = [
-            b for b, p in zip(found, amid, strict=True)
-            if not (b.open_ends and _is_on(course, branch, p))
+        found = [  # one with an open end may be a part of it
+            b for b in found
+            if not (b.open_ends and _is_on(course, branch, b.points[len(b.points) // 2].point))
         ]  # fmt: skip
         found.append(branch)
     return tuple(found)
@@ -255,40 +256,29 @@ def _through(course: Course, points: Sequence[Point]) -> tuple[Branch, ...]:
 
 def _is_on(course: Course, branch: Branch, point: Point) -> bool:
     """Whether a motion, or the same some turns later, is on a branch."""
-    at = np.array([p.point.parameter for p in branch.points])
-    low, high = np.minimum(at[1:], at[:-1]), np.maximum(at[1:], at[:-1])
-    near = 1e-9 * point.parameter  # ends of branches are those of the range, to rounding
-    for k in np.flatnonzero((low <= point.parameter + near) & (high >= point.parameter - near)):
-        first, last = (branch.points[j].point.motion_m for j in (k, k + 1))
-        share = (point.parameter - at[k]) / (at[k + 1] - at[k]) if high[k] > low[k] else 0.0
-        motion = first + share * (last - first)
+    for _, motion in passing(branch.points, point.parameter):
         exact = at_parameter(course.equations, motion, point.parameter)
-        if exact and apart(exact.motion_m, point.motion_m, course.turns) <= _SAME:
+        if exact and gaps(exact.motion_m, point.motion_m, course.turns).min() <= _SAME:
             return True
     return False
 
 
-def _with_others(forced: ForcedSystem, point: Point, harmonics: int) -> Point | None:
-    """Return the motion near one at its speed with another number of harmonics, None if none."""
-    return at_speed(forced, with_harmonics(point.motion_m, harmonics), point.parameter)
-
-
 def _truncation(forced: ForcedSystem, branch: Branch, harmonics: int) -> float:
     """Largest relative change of some motions and speeds of a branch with more harmonics."""
-    every = max(1, len(branch.points) // _CHECKED)
-    checked = [p for k, p in enumerate(branch.points) if k % every == 0 or p.is_turning]
-    return max(_change(forced, p, harmonics) for p in checked)
-
-
-def _change(forced: ForcedSystem, at: BranchPoint, harmonics: int) -> float:
-    motion, speed = with_harmonics(at.point.motion_m, harmonics), at.point.parameter
-    along = with_harmonics(at.along[:-1].reshape(at.point.motion_m.shape), harmonics)
-    size = float(np.abs(motion).max())
-    row = along.ravel() / size**2, float(at.along[-1]) / speed**2
-    found = corrected(partial(balance, forced), (motion, speed), row, size)
-    if found is None:
-        return np.inf
-    return max(apart(motion, found.motion_m), abs(found.parameter / speed - 1.0))
+    every, worst = max(1, len(branch.points) // _CHECKED), 0.0
+    for k, at in enumerate(branch.points):
+        if k % every and not at.is_turning:
+            continue
+        motion, speed = with_harmonics(at.point.motion_m, harmonics), at.point.parameter
+        along = with_harmonics(at.along[:-1].reshape(at.point.motion_m.shape), harmonics)
+        size = float(np.abs(motion).max())
+        row = along.ravel() / size**2, float(at.along[-1]) / speed**2
+        found = corrected(partial(balance, forced), (motion, speed), row, size)
+        if found is None:
+            return np.inf
+        moved = float(gaps(motion, found.motion_m)[0])
+        worst = max(worst, moved, abs(found.parameter / speed - 1.0))
+    return worst
 
 
 def place_motion(forced: ForcedSystem, point: Point, rows: FloatArray) -> ComplexArray:
@@ -356,21 +346,14 @@ def _landing(
     turning: tuple[int, int],
 ) -> Point | None:
     """The stable motion at the speed of a turning point, nearest along the branches."""
-    speed = told[turning[0]].speeds_rad_s[turning[1]]
-    near: list[tuple[int, int, int]] = []
+    speed = float(told[turning[0]].speeds_rad_s[turning[1]])
+    near: list[tuple[int, FloatArray]] = []
     for number, branch in enumerate(told):
-        above = branch.speeds_rad_s > speed
-        for k in np.flatnonzero(above[1:] != above[:-1]):
-            apart = abs(int(k) - turning[1]) if number == turning[0] else len(above)
-            if apart > 1 and branch.is_stable[k] and branch.is_stable[k + 1]:
-                near.append((apart, number, int(k)))
-    if not near:
-        return None
-    _, number, k = min(near)
-    before, after = (found[number].points[j].point for j in (k, k + 1))
-    share = (speed - before.parameter) / (after.parameter - before.parameter)
-    motion = before.motion_m + share * (after.motion_m - before.motion_m)
-    return at_speed(forced, motion, float(speed))
+        for k, motion in passing(found[number].points, speed):
+            apart = abs(k - turning[1]) if number == turning[0] else branch.speeds_rad_s.size
+            if apart > _BESIDE and branch.is_stable[k] and branch.is_stable[k + 1]:
+                near.append((apart, motion))
+    return at_speed(forced, min(near, key=lambda n: n[0])[1], speed) if near else None
 
 
 def _changes(branch: NonlinearBranch) -> list[StabilityChange]:

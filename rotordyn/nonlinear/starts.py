@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg as la
 
-from solidwhirl.rotordyn.nonlinear.continuation import Branch, Course, follow
+from solidwhirl.rotordyn.nonlinear.continuation import Branch, Course, follow, passing
 from solidwhirl.rotordyn.nonlinear.forced_system import ForcedSystem, condensed
 from solidwhirl.rotordyn.nonlinear.harmonic_balance import (
     Point,
-    apart,
     as_complex,
     as_real,
     at_parameter,
     at_speed,
+    gaps,
     over_load,
-    repeats_earlier,
 )
 from solidwhirl.rotordyn.nonlinear.in_time import settled
 from solidwhirl.rotordyn.nonlinear.stability import SmallMotions
@@ -34,40 +32,30 @@ _BETWEEN, _HARMONICS, _LONGEST, _POINTS = 6, 3, 0.4, 200
 _WHOLE, _HEAVY = float(np.arcsinh(1.0)), float(np.arcsinh(200.0))
 # Speeds at which motions are started in time, how far out beside the known motion, how many each.
 _SPEEDS, _SIZES, _EACH = 12, (1.0, 3.0, 10.0), 4
-# Motions that differ by less than this part are one.
-_SAME = 1e-6
-
-
-class ShortPath(NamedTuple):
-    """A path of raised loads that stops, and the part of the loads there."""
-
-    speed_rad_s: float
-    load_share: float
+# Motions that differ by less than this part are one; and those from themselves some turns later, of
+# motions that repeat after fewer turns.
+_SAME, _NONE = 1e-6, 1e-3
 
 
 def starts_of_one_turn(
     forced: ForcedSystem, ends_rad_s: tuple[float, float]
-) -> tuple[list[Point], list[ShortPath]]:
-    """Return motions to follow, those at the ends first, and paths to some that stop.
+) -> tuple[list[Point], list[tuple[float, float]]]:
+    """Return motions to follow, those at the ends first, and where paths to some stop.
 
     All circular orbits at many speeds, or else the motions on paths of raised loads at the ends, at
-    the speeds of the largest linear motions, and between.
+    the speeds of the largest linear motions, and between. A path stops at a speed in rad/s and a
+    part of the loads.
     """
     grid = np.linspace(*ends_rad_s, _GRID)
-    found: list[Point] = []
-    for speed in (*grid[[0, -1]], *grid[1:-1]):
-        orbits = circular_orbits(forced, float(speed))
-        if orbits is None:
-            break
-        found += orbits
-    else:
-        return found, []
-    size = np.array([_linear_size(forced, float(speed)) for speed in grid])
+    circles = [circular_orbits(forced, s) for s in (*ends_rad_s, *grid[1:-1].tolist())]
+    if None not in circles:
+        return [point for orbits in circles for point in orbits or ()], []
+    size = np.array([_linear_size(forced, speed) for speed in grid.tolist()])
     peaks = grid[1:-1][(size[1:-1] > size[:-2]) & (size[1:-1] > size[2:])]
     between = np.union1d(np.linspace(*ends_rad_s, _BETWEEN + 2)[1:-1], peaks)
-    paths = [raised(forced, speed) for speed in (*ends_rad_s, *between.tolist())]
-    stopped = [path for _, path in paths if path is not None]
-    return [point for points, _ in paths for point in points], stopped
+    paths = {speed: raised(forced, speed) for speed in (*ends_rad_s, *between.tolist())}
+    stopped = [(speed, share) for speed, (_, share) in paths.items() if share is not None]
+    return [point for points, _ in paths.values() for point in points], stopped
 
 
 def circular_orbits(forced: ForcedSystem, speed_rad_s: float) -> list[Point] | None:
@@ -100,24 +88,23 @@ def circular_orbits(forced: ForcedSystem, speed_rad_s: float) -> list[Point] | N
     pushed = forced.forces[0].at(np.column_stack((radii, still)), np.column_stack((still, rate)))
     stiffness = held + pushed.force_n @ circle.conj() / radii
     beyond = np.abs(stiffness) * radii - abs(load)
-    found = []
+    guesses = []
     for k in np.flatnonzero(beyond[1:] * beyond[:-1] <= 0.0):
         share = beyond[k] / (beyond[k] - beyond[k + 1])
         amplitude = load / (stiffness[k] + share * (stiffness[k + 1] - stiffness[k]))
-        point = at_speed(forced, as_real(np.array([0.0 * circle, amplitude * circle])), speed_rad_s)
-        found += [] if point is None else [point]
-    return found
+        guesses.append(as_real(np.array([0.0 * circle, amplitude * circle])))
+    return [point for guess in guesses if (point := at_speed(forced, guess, speed_rad_s))]
 
 
-def raised(forced: ForcedSystem, speed_rad_s: float) -> tuple[list[Point], ShortPath | None]:
+def raised(forced: ForcedSystem, speed_rad_s: float) -> tuple[list[Point], float | None]:
     """Return the motions under the whole loads on the path that begins without loads.
 
-    And where the path stops, if it does so with no film closed.
+    And the part of the loads at which the path stops, if it does so with no film closed.
     """
     equations = over_load(forced, speed_rad_s, _HARMONICS)
     start = at_parameter(equations, np.zeros((2 * _HARMONICS + 1, forced.width)), 0.0)
     if start is None:
-        return [], ShortPath(speed_rad_s, 0.0)
+        return [], 0.0
     course = Course(
         equations=equations,
         low=-_HEAVY,
@@ -128,19 +115,15 @@ def raised(forced: ForcedSystem, speed_rad_s: float) -> tuple[list[Point], Short
         most=_POINTS,
     )
     path = follow(course, start, 1.0)
-    motions = [p.point.motion_m for p in path.points]
-    at = np.array([p.point.parameter for p in path.points])
-    found = []
+    guesses = []
     for sign in (1.0, -1.0):  # under the opposite loads half a turn later
-        over = at > sign * _WHOLE
-        for k in np.flatnonzero(over[1:] != over[:-1]):
-            part = (sign * _WHOLE - at[k]) / (at[k + 1] - at[k])
-            motion = as_complex(motions[k] + part * (motions[k + 1] - motions[k]))
-            turn = sign ** np.arange(len(motion))
-            point = at_speed(forced, as_real(turn[:, None] * motion), speed_rad_s)
-            found += [] if point is None else [point]
-    whole = all(why == "closed" and abs(at[-1]) > _WHOLE for _, why in path.open_ends)
-    return found, None if whole else ShortPath(speed_rad_s, float(np.sinh(at[-1])))
+        turn = sign ** np.arange(_HARMONICS + 1)[:, None]
+        motions = (as_complex(motion) for _, motion in passing(path.points, sign * _WHOLE))
+        guesses += [as_real(turn * motion) for motion in motions]
+    found = [point for guess in guesses if (point := at_speed(forced, guess, speed_rad_s))]
+    last = path.points[-1].point.parameter
+    whole = all(why == "closed" and abs(last) > _WHOLE for _, why in path.open_ends)
+    return found, None if whole else float(np.sinh(last))
 
 
 def _linear_size(forced: ForcedSystem, speed_rad_s: float) -> float:
@@ -171,10 +154,10 @@ def in_time(
     found: list[Point] = []
     for speed, motion in zip(each.tolist(), motions, strict=True):
         point = at_speed(small.forced, motion, speed) if np.isfinite(motion).all() else None
-        if point is None or repeats_earlier(point.motion_m, turns):
+        if point is None or (gaps(point.motion_m, point.motion_m, turns)[1:] <= _NONE).any():
             continue
         if not any(
-            other.parameter == speed and apart(point.motion_m, other.motion_m, turns) <= _SAME
+            other.parameter == speed and gaps(point.motion_m, other.motion_m, turns).min() <= _SAME
             for other in found
         ):
             found.append(point)

@@ -328,9 +328,9 @@ def _notes(
         for at, why in branch.open_ends
     ]
     notes += [
-        f"Where the loads are raised from none at {path.speed_rad_s * RPM_PER_RAD_S:.6g} rpm, no "
-        f"motion is found beyond {path.load_share:.3g} times the loads: a branch may be missing."
-        for path in found.stopped
+        f"Where the loads are raised from none at {speed * RPM_PER_RAD_S:.6g} rpm, no motion is "
+        f"found beyond {share:.3g} times the loads: a branch may be missing."
+        for speed, share in found.stopped
     ]
     ratio = abs(system.system.rotors[end_of(spec.unbalances[0].at).body].speed_ratio)
     highest = found.harmonics * ratio * spec.to_rpm / 60.0
