@@ -133,9 +133,8 @@ def follow(course: Course, start: Point, sense: float) -> Branch:
             step = _FIRST
         if not course.low <= ahead.point.parameter <= course.high:
             end = course.high if ahead.point.parameter > course.high else course.low
-            share = (end - here.point.parameter) / (ahead.point.parameter - here.point.parameter)
-            between = ahead.point.motion_m - here.point.motion_m
-            last = at_parameter(course.equations, here.point.motion_m + share * between, end)
+            _, between = next(passing((here, ahead), end))
+            last = at_parameter(course.equations, between, end)
             if last is None:
                 step *= _SHRUNK
                 continue
@@ -149,8 +148,8 @@ def follow(course: Course, start: Point, sense: float) -> Branch:
             return Branch((*points, points[0]), True)
         points.append(ahead)
         here = ahead
-        corrections = min(ahead.point.corrections, len(_NEXT) - 1)
-        step = min(_NEXT[corrections] * step, course.longest)
+        step *= _NEXT[min(ahead.point.corrections, len(_NEXT) - 1)]
+        step = min(step, course.longest)
     return Branch(tuple(points), False, ((-1, "long"),))
 
 

@@ -55,6 +55,9 @@ class Balance(NamedTuple):
 #: What is out of balance in a motion (2h + 1, 2j) at a parameter.
 Equations = Callable[[FloatArray, float], Balance]
 
+#: A motion (2h + 1, 2j) and a parameter next to some in balance.
+Guess = tuple[FloatArray, float]
+
 
 class Point(NamedTuple):
     """A motion (2h + 1, 2j) in balance at a parameter, derivatives there, and corrections made."""
@@ -217,7 +220,7 @@ def _real_blocks(factors: ComplexArray) -> FloatArray:
 
 def corrected(
     equations: Equations,
-    guess: tuple[FloatArray, float],
+    guess: Guess,
     row: tuple[FloatArray, float],
     length_m: float,
 ) -> Point | None:

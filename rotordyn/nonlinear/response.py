@@ -35,6 +35,7 @@ from solidwhirl.rotordyn.nonlinear.forced_system import (
     forced_system,
 )
 from solidwhirl.rotordyn.nonlinear.harmonic_balance import (
+    Guess,
     Point,
     as_real,
     at_parameter,
@@ -169,9 +170,8 @@ def nonlinear_response(
     for place in places:
         check_lateral(assembled, place, f"motion at {place.label}")
     forced = forced_system(assembled, joints, unbalances, np.sqrt(low * high), gravity_m_per_s2)
-    ends = (low, high)
-    starts, stopped = starts_of_one_turn(forced, ends)
-    found, harmonics, truncation = _converged(forced, ends, starts, tolerance)
+    starts, stopped = starts_of_one_turn(forced, speeds_rad_s)
+    found, harmonics, truncation = _converged(forced, speeds_rad_s, starts, tolerance)
     if not found:
         raise AnalysisError(
             f"no steady motion is found from {low * RPM_PER_RAD_S:.6g} to "
@@ -182,9 +182,9 @@ def nonlinear_response(
     groups = {1: found}
     for turns in sorted(set(sought_turns)):
         own = replace(small, forced=forced.repeating_after(turns))
-        more = in_time(own, ends, found, turns * max(harmonics, _FEWEST))
+        more = in_time(own, speeds_rad_s, found, turns * max(harmonics, _FEWEST))
         more = [*starts, *more] if turns == 1 else more
-        groups[turns], _, missed = _converged(own.forced, ends, more, tolerance)
+        groups[turns], _, missed = _converged(own.forced, speeds_rad_s, more, tolerance)
         truncation = max(truncation, missed)
     told: list[NonlinearBranch] = []
     jumps: list[Jump] = []
@@ -205,20 +205,20 @@ def nonlinear_response(
 
 
 def _converged(
-    forced: ForcedSystem, ends: tuple[float, float], starts: Sequence[Point], tolerance: float
+    forced: ForcedSystem, ends: tuple[float, float], starts: Sequence[Guess], tolerance: float
 ) -> tuple[tuple[Branch, ...], int, float]:
     """Return branches through starts, their number of harmonics, and what more would change."""
     turns = forced.period_multiple
-    harmonics = max((len(start.motion_m) // 2 for start in starts), default=turns)
+    harmonics = max((len(motion) // 2 for motion, _ in starts), default=turns)
 
-    def with_count(point: Point, count: int) -> Point | None:
-        return at_speed(forced, with_harmonics(point.motion_m, count), point.parameter)
+    def point(guess: Guess, count: int) -> Point | None:
+        return at_speed(forced, with_harmonics(guess[0], count), guess[1])
 
     while True:
         more = 2 * harmonics + turns
-        starts = [p for start in starts if (p := with_count(start, harmonics))]
-        some = starts[:: len(starts) // _SOME + 1]
-        moved = [gaps(p.motion_m, o.motion_m)[0] for p in some if (o := with_count(p, more))]
+        points = [p for start in starts if (p := point(start, harmonics))]
+        some = points[:: len(points) // _SOME + 1]
+        moved = [gaps(p[0], o.motion_m)[0] for p in some if (o := point(p[:2], more))]
         truncation = max(moved, default=0.0)
         found: tuple[Branch, ...] = ()
         if truncation <= tolerance or more > _MOST:
@@ -228,15 +228,15 @@ def _converged(
                 high=ends[1],
                 unit=ends[1] - ends[0],
                 longest=_LONGEST,
-                bound_m=_GROWN * max((np.abs(s.motion_m).max() for s in starts), default=1.0),
+                bound_m=_GROWN * max((np.abs(p.motion_m).max() for p in points), default=1.0),
                 turns=turns,
             )
-            found = _through(course, starts)
+            found = _through(course, points)
             truncation = max((_truncation(forced, b, more) for b in found), default=0.0)
         if truncation <= tolerance or more > _MOST:
             return found, harmonics, truncation
         amid = [b.points[len(b.points) * k // 4].point for b in found for k in (1, 2, 3)]
-        starts, harmonics = amid or starts, more
+        starts, harmonics = [p[:2] for p in amid or points], more
 
 
 def _through(course: Course, points: Sequence[Point]) -> tuple[Branch, ...]:
@@ -257,6 +257,8 @@ def _through(course: Course, points: Sequence[Point]) -> tuple[Branch, ...]:
 def _is_on(course: Course, branch: Branch, point: Point) -> bool:
     """Whether a motion, or the same some turns later, is on a branch."""
     for _, motion in passing(branch.points, point.parameter):
+        if gaps(motion, point.motion_m, course.turns).min() > 30.0 * _SAME:
+            continue
         exact = at_parameter(course.equations, motion, point.parameter)
         if exact and gaps(exact.motion_m, point.motion_m, course.turns).min() <= _SAME:
             return True

@@ -10,6 +10,7 @@ import scipy.linalg as la
 from solidwhirl.rotordyn.nonlinear.continuation import Branch, Course, follow, passing
 from solidwhirl.rotordyn.nonlinear.forced_system import ForcedSystem, condensed
 from solidwhirl.rotordyn.nonlinear.harmonic_balance import (
+    Guess,
     Point,
     as_complex,
     as_real,
@@ -39,8 +40,8 @@ _SAME, _NONE = 1e-6, 1e-3
 
 def starts_of_one_turn(
     forced: ForcedSystem, ends_rad_s: tuple[float, float]
-) -> tuple[list[Point], list[tuple[float, float]]]:
-    """Return motions to follow, those at the ends first, and where paths to some stop.
+) -> tuple[list[Guess], list[tuple[float, float]]]:
+    """Return motions near some to follow, those at the ends first, and where paths to some stop.
 
     All circular orbits at many speeds, or else the motions on paths of raised loads at the ends, at
     the speeds of the largest linear motions, and between. A path stops at a speed in rad/s and a
@@ -49,17 +50,17 @@ def starts_of_one_turn(
     grid = np.linspace(*ends_rad_s, _GRID)
     circles = [circular_orbits(forced, s) for s in (*ends_rad_s, *grid[1:-1].tolist())]
     if None not in circles:
-        return [point for orbits in circles for point in orbits or ()], []
+        return [guess for orbits in circles for guess in orbits or ()], []
     size = np.array([_linear_size(forced, speed) for speed in grid.tolist()])
     peaks = grid[1:-1][(size[1:-1] > size[:-2]) & (size[1:-1] > size[2:])]
     between = np.union1d(np.linspace(*ends_rad_s, _BETWEEN + 2)[1:-1], peaks)
     paths = {speed: raised(forced, speed) for speed in (*ends_rad_s, *between.tolist())}
     stopped = [(speed, share) for speed, (_, share) in paths.items() if share is not None]
-    return [point for points, _ in paths.values() for point in points], stopped
+    return [guess for guesses, _ in paths.values() for guess in guesses], stopped
 
 
-def circular_orbits(forced: ForcedSystem, speed_rad_s: float) -> list[Point] | None:
-    """Return all circular orbits at a speed; None if motions need not be circles.
+def circular_orbits(forced: ForcedSystem, speed_rad_s: float) -> list[Guess] | None:
+    """Return next to all circular orbits at a speed; None if motions need not be circles.
 
     A circle of radius r takes the load |1/H + k(r)| r, H the receptance and k(r) the stiffness of
     the joint, if all is the same in all directions and there is one joint alone: as a function of
@@ -84,20 +85,17 @@ def circular_orbits(forced: ForcedSystem, speed_rad_s: float) -> list[Point] | N
         if la.norm(left, check_finite=False) > _ISOTROPIC * size:
             return None
     rate = forced.frequency_ratio * speed_rad_s * sense * radii
-    still = np.zeros(_RADII)
-    pushed = forced.forces[0].at(np.column_stack((radii, still)), np.column_stack((still, rate)))
+    pushed = forced.forces[0].at(np.outer(radii, [1.0, 0.0]), np.outer(rate, [0.0, 1.0]))
     stiffness = held + pushed.force_n @ circle.conj() / radii
     beyond = np.abs(stiffness) * radii - abs(load)
-    guesses = []
-    for k in np.flatnonzero(beyond[1:] * beyond[:-1] <= 0.0):
-        share = beyond[k] / (beyond[k] - beyond[k + 1])
-        amplitude = load / (stiffness[k] + share * (stiffness[k + 1] - stiffness[k]))
-        guesses.append(as_real(np.array([0.0 * circle, amplitude * circle])))
-    return [point for guess in guesses if (point := at_speed(forced, guess, speed_rad_s))]
+    k = np.flatnonzero(beyond[1:] * beyond[:-1] <= 0.0)
+    share = beyond[k] / (beyond[k] - beyond[k + 1])
+    amplitude = load / (stiffness[k] + share * (stiffness[k + 1] - stiffness[k]))
+    return [(as_real(np.array([0.0 * circle, a * circle])), speed_rad_s) for a in amplitude]
 
 
-def raised(forced: ForcedSystem, speed_rad_s: float) -> tuple[list[Point], float | None]:
-    """Return the motions under the whole loads on the path that begins without loads.
+def raised(forced: ForcedSystem, speed_rad_s: float) -> tuple[list[Guess], float | None]:
+    """Return next to the motions under the whole loads on the path that begins without loads.
 
     And the part of the loads at which the path stops, if it does so with no film closed.
     """
@@ -115,15 +113,14 @@ def raised(forced: ForcedSystem, speed_rad_s: float) -> tuple[list[Point], float
         most=_POINTS,
     )
     path = follow(course, start, 1.0)
-    guesses = []
+    guesses: list[Guess] = []
     for sign in (1.0, -1.0):  # under the opposite loads half a turn later
         turn = sign ** np.arange(_HARMONICS + 1)[:, None]
         motions = (as_complex(motion) for _, motion in passing(path.points, sign * _WHOLE))
-        guesses += [as_real(turn * motion) for motion in motions]
-    found = [point for guess in guesses if (point := at_speed(forced, guess, speed_rad_s))]
+        guesses += [(as_real(turn * motion), speed_rad_s) for motion in motions]
     last = path.points[-1].point.parameter
     whole = all(why == "closed" and abs(last) > _WHOLE for _, why in path.open_ends)
-    return found, None if whole else float(np.sinh(last))
+    return guesses, None if whole else float(np.sinh(last))
 
 
 def _linear_size(forced: ForcedSystem, speed_rad_s: float) -> float:
@@ -135,7 +132,7 @@ def _linear_size(forced: ForcedSystem, speed_rad_s: float) -> float:
 
 def in_time(
     small: SmallMotions, ends: tuple[float, float], known: Sequence[Branch], harmonics: int
-) -> list[Point]:
+) -> list[Guess]:
     """Return motions in balance that starts at several speeds settle to.
 
     `small`: shapes in which motions run; `known`: branches, they start beside the smallest motions
@@ -161,4 +158,4 @@ def in_time(
             for other in found
         ):
             found.append(point)
-    return found
+    return [point[:2] for point in found]

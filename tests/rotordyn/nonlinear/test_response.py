@@ -52,8 +52,8 @@ def forced(force, speed=1000.0, gravity=(0.0, 0.0, 0.0), moment=MASS * OFFSET, s
 
 def first_point(problem, omega, harmonics):
     """The first motion under the whole loads, as these are raised from none."""
-    start = starts.raised(problem, omega)[0][0]
-    return at_speed(problem, with_harmonics(start.motion_m, harmonics), omega)
+    motion, _ = starts.raised(problem, omega)[0][0]
+    return at_speed(problem, with_harmonics(motion, harmonics), omega)
 
 
 @cache
