@@ -29,8 +29,10 @@ _GRID, _RADII, _REACH = 61, 5001, (1e-5, 1e4)
 _SOME, _ISOTROPIC = 250, 1e-9
 # Speeds between the ends at which loads are raised, besides those of the largest linear motions;
 # harmonics then, the longest step, and points; and up to how many times the loads, as parameter.
-_BETWEEN, _HARMONICS, _LONGEST, _POINTS = 6, 3, 0.4, 200
+_BETWEEN, _HARMONICS, _LONGEST, _POINTS = 6, 3, 0.4, 300
 _WHOLE, _HEAVY = float(np.arcsinh(1.0)), float(np.arcsinh(200.0))
+# and so many times the motion that damping allows under the whole loads; what is none.
+_BOUND, _ALIKE = 1.5, 1e-9
 # Speeds at which motions are started in time, how far out beside the known motion, how many each.
 _SPEEDS, _SIZES, _EACH = 12, (1.0, 3.0, 10.0), 4
 # Motions that differ by less than this part are one; and those from themselves some turns later, of
@@ -51,7 +53,7 @@ def starts_of_one_turn(
     circles = [circular_orbits(forced, s) for s in (*ends_rad_s, *grid[1:-1].tolist())]
     if None not in circles:
         return [guess for orbits in circles for guess in orbits or ()], []
-    size = np.array([_linear_size(forced, speed) for speed in grid.tolist()])
+    size = np.array([_linear(forced, speed)[0] for speed in grid.tolist()])
     peaks = grid[1:-1][(size[1:-1] > size[:-2]) & (size[1:-1] > size[2:])]
     between = np.union1d(np.linspace(*ends_rad_s, _BETWEEN + 2)[1:-1], peaks)
     paths = {speed: raised(forced, speed) for speed in (*ends_rad_s, *between.tolist())}
@@ -97,19 +99,21 @@ def circular_orbits(forced: ForcedSystem, speed_rad_s: float) -> list[Guess] | N
 def raised(forced: ForcedSystem, speed_rad_s: float) -> tuple[list[Guess], float | None]:
     """Return next to the motions under the whole loads on the path that begins without loads.
 
-    And the part of the loads at which the path stops, if it does so with no film closed.
+    And the part of the loads at which it stops, unless a film closes or damping allows no more.
     """
     equations = over_load(forced, speed_rad_s, _HARMONICS)
     start = at_parameter(equations, np.zeros((2 * _HARMONICS + 1, forced.width)), 0.0)
     if start is None:
         return [], 0.0
+    size, allowed = _linear(forced, speed_rad_s)
     course = Course(
         equations=equations,
         low=-_HEAVY,
         high=_HEAVY,
         unit=1.0,
         longest=_LONGEST,
-        size_m=0.03 * _linear_size(forced, speed_rad_s),
+        size_m=0.03 * size,
+        bound_m=_BOUND * allowed,
         most=_POINTS,
     )
     path = follow(course, start, 1.0)
@@ -119,15 +123,25 @@ def raised(forced: ForcedSystem, speed_rad_s: float) -> tuple[list[Guess], float
         motions = (as_complex(motion) for _, motion in passing(path.points, sign * _WHOLE))
         guesses += [(as_real(turn * motion), speed_rad_s) for motion in motions]
     last = path.points[-1].point.parameter
-    whole = all(why == "closed" and abs(last) > _WHOLE for _, why in path.open_ends)
+    whole = all(why in ("closed", "grows") and abs(last) > _WHOLE for _, why in path.open_ends)
     return guesses, None if whole else float(np.sinh(last))
 
 
-def _linear_size(forced: ForcedSystem, speed_rad_s: float) -> float:
-    """Size of the motion at the joints without their forces."""
+def _linear(forced: ForcedSystem, speed_rad_s: float) -> tuple[float, float]:
+    """Size of the motion at the joints without their forces, and the most that damping allows.
+
+    The loads F on the joints can do no more work than Im 1/H takes, with forces that feed none; the
+    weight is added as if the joints held none of it.
+    """
     part, eye = condensed(forced, speed_rad_s, 1, forced.motion), np.eye(forced.width)
-    held = eye - forced.shifts(1)[1] * part.receptance[1]
-    return float(np.abs(np.linalg.solve(held, part.free_m[1])).max())
+    shifts = forced.shifts(1)[:, None, None]
+    held = (1.0 + _ALIKE) * eye - shifts * part.receptance  # regular where joints alone hold
+    still, motion = np.linalg.solve(held, part.free_m[..., None])[..., 0]
+    dynamic = la.pinv(part.receptance[1]) - shifts[1] * eye
+    alike = la.orth(forced.motion, _ALIKE)  # joints at one place move alike
+    damped = la.eigvalsh(alike.T @ (0.5j * (dynamic.conj().T - dynamic)) @ alike)[0]
+    allowed = float(la.norm(dynamic @ motion) / damped) if damped > 0.0 else np.inf
+    return float(np.abs(motion).max()), allowed + float(np.abs(still).max())
 
 
 def in_time(
