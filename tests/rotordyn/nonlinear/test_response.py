@@ -176,8 +176,10 @@ def test_stability_of_a_rubbing_orbit():
          MASS * OFFSET, (1200.0, 1300.0), {1200.0: 3, 1300.0: 3}),
     ],
 )  # fmt: skip
-def test_every_orbit_at_the_ends_of_the_range(force, seen, moment, speeds, counts):
+def test_every_orbit_at_the_ends_of_the_range(monkeypatch, force, seen, moment, speeds, counts):
     """Radii are the roots of |D + k(r)| r = U ω², found by signs on a fine grid."""
+    monkeypatch.setattr(starts, "_GRID", 7)
+    monkeypatch.setattr(starts, "_BETWEEN", 1)
     joints = [NonlinearJoint(first=HUB, force=each) for each in np.atleast_1d(force)]
     found = nonlinear_response(jeffcott(), joints, unbalance(moment), speeds, [HUB])
     assert not any(b.open_ends for b in found.branches)
@@ -201,8 +203,9 @@ def test_every_orbit_at_the_ends_of_the_range(force, seen, moment, speeds, count
         assert sorted(ends) == pytest.approx(wanted, rel=1e-7)
 
 
-def test_a_range_within_the_bistable_part_of_a_spring_along_x():
+def test_a_range_within_the_bistable_part_of_a_spring_along_x(monkeypatch):
     """No circles: of three motions at each end, those that are stable repeat in time."""
+    monkeypatch.setattr(starts, "_BETWEEN", 1)
     force, gravity = CubicSpring(along_n_per_m3=(1e17, 0.0)), np.zeros(2)
     joints = [NonlinearJoint(first=HUB, force=force)]
     found = nonlinear_response(
@@ -235,6 +238,33 @@ def test_an_open_end_is_told():
     # m e ω² = |k − m ω²| r
     omega, r = branch.points[-1].point.parameter, np.hypot(*branch.points[-1].point.motion_m[1])
     assert r > 1e-4 and omega == pytest.approx(np.sqrt(STIFFNESS / MASS / (1 + OFFSET / r)))
+
+
+def test_where_loads_can_not_be_raised_is_told(monkeypatch):
+    """Next to rest the part of the loads is that of the linear motion."""
+    monkeypatch.setattr(starts, "_POINTS", 9)
+    problem = forced(CubicSpring(along_n_per_m3=(1e17, 0.0)))
+    found, share = starts.raised(problem, 700.0)
+    assert not found and 0.0 < share < 1.0
+    monkeypatch.setattr(starts, "_POINTS", 300)
+    found, share = starts.raised(problem, 700.0)
+    assert len(found) == 1 and share is None
+
+
+def test_a_branch_ends_where_a_film_closes():
+    """At the radius 0.99 c, beyond which films are not computed, the circle takes the load."""
+    force, moment = SqueezeFilm(**{**FILM, "viscosity_pa_s": 5e-8}), MASS * 2e-5
+    problem = forced(force, 800.0, moment=moment)
+    course = Course(
+        equations=partial(balance, problem), low=500.0, high=1100.0, unit=600.0, longest=0.05
+    )
+    branch = through(course, first_point(problem, 500.0, 1))
+    assert branch.open_ends == ((-1, "closed"),)
+    omega, r = branch.points[-1].point.parameter, np.hypot(*branch.points[-1].point.motion_m[1])
+    assert r == pytest.approx(0.99 * FILM["clearance_m"], rel=1e-5)
+    whole = STIFFNESS - MASS * omega**2 + 1j * DAMPING * omega
+    whole += (film_dynamic_stiffness(r, omega) - 1e6) / 2e5
+    assert abs(whole) * r == pytest.approx(moment * omega**2, rel=1e-7)
 
 
 # -- convergence in the number of harmonics ------------------------------------------------------
@@ -342,11 +372,12 @@ def sought(force, system, moment, speeds, turns, **options):
     )
 
 
-def test_subharmonic_of_order_three():
+def test_subharmonic_of_order_three(monkeypatch):
     """Where it exists: balance of ω/3 with the linear motion at ω, in x of a Duffing oscillator.
 
     Nayfeh and Mook (1995), Nonlinear Oscillations, section 4.1.4, without expansion about 3 ω0.
     """
+    monkeypatch.setattr(starts, "_EACH", 1)
     damping, offset, alpha = 200.0, 1.5e-6, 1e17 / MASS
     force, system = CubicSpring(along_n_per_m3=(1e17, 0.0)), jeffcott(damping=damping)
     found = sought(force, system, MASS * offset, (2500.0, 3600.0), (3,))
