@@ -27,7 +27,7 @@ _SIDES = {-1: "below", 0: "both", 1: "above"}
 
 
 @dataclass(frozen=True, eq=False)
-class _SpeedLaw:
+class SpeedLaw:
     """A bearing whose coefficients depend on the speed."""
 
     joint: LawJoint
@@ -35,17 +35,21 @@ class _SpeedLaw:
 
     @property
     def speed_knots(self) -> tuple[float, ...]:
+        """Knots of its table or pieces."""
         return self.joint.knots_rad_s
 
     def at(self, speed: float, frequency: float) -> Triple:
+        """Return no M, and V and K at the speed."""
         stiffness, damping = self.joint.coefficients(speed)
         return Triple(np.zeros_like(stiffness), damping, stiffness)
 
     def by_speed(self, speed: float, frequency: float, side: int) -> Triple:
+        """Return their derivatives."""
         stiffness, damping = law_slopes(self.joint, speed, _SIDES[side])  # type: ignore[arg-type]
         return Triple(np.zeros_like(stiffness), damping, stiffness)
 
     def by_frequency(self, speed: float, frequency: float, side: int) -> Triple:
+        """Return zeros."""
         none = np.zeros((len(self.joint.motion),) * 2)
         return Triple(none, none, none)
 
@@ -129,7 +133,7 @@ def operator_of(assembled: AssembledSystem) -> SecondOrder:
             law = _FrequencyLaw(own, abs(joint.speed_ratio), sampled)
             joints.append(Joint(joint.motion, law))
         else:
-            joints.append(Joint(joint.motion, _SpeedLaw(joint)))
+            joints.append(Joint(joint.motion, SpeedLaw(joint)))
     operator = SecondOrder(kept, tuple(joints))
     for joint in magnetic:
         operator = _with_controller(operator, joint)

@@ -6,7 +6,7 @@ among ones, and find 1/λ (or 1/(λ − shift)), so that the lowest modes are th
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -93,13 +93,17 @@ def dual_of(vectors: ComplexArray) -> ComplexArray:
         return np.asarray(la.pinv(vectors, rtol=np.finfo(float).eps))
 
 
-def _real_dual(values: ComplexArray, vectors: ComplexArray) -> ComplexArray:
+def real_dual(
+    values: ComplexArray,
+    vectors: ComplexArray,
+    inverse: Callable[[Matrix], Matrix] = dual_of,
+) -> ComplexArray:
     """Return the left vectors of a real matrix, where Im λ ≥ 0; others have no meaning.
 
     `values`, `vectors`: as LAPACK gives them, of each pair first that of Im λ > 0. The inverse of
     their real and imaginary parts is a quarter of the work of that of complex vectors.
     """
-    own = dual_of(np.where(values.imag < 0, -vectors.imag, vectors.real))
+    own = inverse(np.where(values.imag < 0, -vectors.imag, vectors.real))
     pairs = values.imag > 0
     return np.where(pairs[:, None], 0.5 * (own - 1j * np.roll(own, -1, axis=0)), own)
 
@@ -556,7 +560,7 @@ def _solved(
     values[np.argsort(np.abs(values), kind="stable")[:zeros]] = 0.0
     if is_real:
         upper = inverse.imag >= 0
-        dual = _real_dual(inverse, vectors)[upper].conj()
+        dual = real_dual(inverse, vectors)[upper].conj()
         values, vectors = values[upper].conj(), vectors[:, upper].conj().astype(complex)
     else:
         dual = dual_of(vectors)

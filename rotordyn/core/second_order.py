@@ -14,33 +14,50 @@ from typing import NamedTuple, Protocol
 import numpy as np
 import scipy.linalg as la
 
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, Matrix
+from solidwhirl.rotordyn.core.arrays import (
+    ComplexArray,
+    FloatArray,
+    IntArray,
+    Matrix,
+    real_times,
+)
 
 
 class Triple(NamedTuple):
-    """M, V and K of an operator at one speed and frequency, or their changes, each (n, n)."""
+    """M, V and K of an operator at one speed and frequency, or their changes, each (n, n).
+
+    Or what they make of columns x, M x, V x and K x, (n, m) each, with a rate for each column.
+    """
 
     mass: Matrix
     velocity: Matrix
     stiffness: Matrix
 
-    def value(self, rate: complex) -> ComplexArray:
-        """Return P(s), shape (n, n)."""
-        return np.asarray(rate * rate * self.mass + rate * self.velocity + self.stiffness)
+    def value(self, rate: complex | ComplexArray) -> ComplexArray:
+        """Return P(s), or P(s_j) x_j."""
+        return np.asarray((rate * self.mass + self.velocity) * rate + self.stiffness)
 
-    def slope(self, rate: complex) -> ComplexArray:
-        """Return dP/ds with the laws frozen, shape (n, n)."""
+    def slope(self, rate: complex | ComplexArray) -> ComplexArray:
+        """Return dP/ds, or P'(s_j) x_j, with the laws frozen."""
         return np.asarray(2.0 * rate * self.mass + self.velocity)
 
-    def times(self, vectors: Matrix, rates: ComplexArray) -> ComplexArray:
-        """Return P(s_j) x_j of columns x (n, m) at rates (m,), shape (n, m)."""
-        mass, velocity, stiffness = (matrix @ vectors for matrix in self)
-        return np.asarray((mass * rates + velocity) * rates + stiffness)
+    def times(self, vectors: Matrix) -> Triple:
+        """Return M x, V x and K x of columns x (n, m)."""
+        return Triple(*(times(matrix, vectors) for matrix in self))
 
     def part(self, at: IntArray) -> Triple:
         """Return the matrices of some coordinates."""
         block = np.ix_(at, at)
         return Triple(*(matrix[block] for matrix in self))
+
+
+def times(matrix: Matrix, vectors: Matrix) -> Matrix:
+    """Return the product of a matrix (n, n) with columns (n, m)."""
+    if not matrix.any():
+        return np.zeros_like(vectors)
+    if np.isrealobj(matrix) and np.iscomplexobj(vectors):
+        return real_times(matrix, vectors)
+    return np.asarray(matrix @ vectors)
 
 
 class Term(NamedTuple):

@@ -7,15 +7,17 @@ leave the rounding of their own terms, and tell the residual of each root and it
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg as la
 
-from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, FloatArray, Matrix
+from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray, Matrix
+from solidwhirl.rotordyn.core.dense import real_dual
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.ledger import solved
-from solidwhirl.rotordyn.core.second_order import SecondOrder, Triple
+from solidwhirl.rotordyn.core.second_order import SecondOrder, Triple, times
 from solidwhirl.rotordyn.core.tolerances import (
     EPS,
     INFINITE,
@@ -54,9 +56,19 @@ class Spectrum(NamedTuple):
     triple: Triple
     is_conservative: bool
 
+    def part(self, at: IntArray) -> Spectrum:
+        """Return some of the eigenvalues."""
+        return self._replace(
+            values=self.values[at],
+            right=self.right[:, at],
+            left=self.left[:, at],
+            residuals=self.residuals[at],
+            uncertainty=self.uncertainty[at],
+        )
+
     def slopes(self, change: Triple) -> ComplexArray:
         """Return ds/dp = −yᴴ (∂P/∂p) x for the change of the matrices with p, (m,)."""
-        moved = change.times(self.right, self.values)
+        moved = change.times(self.right).value(self.values)
         return np.asarray(-np.einsum("ij,ij->j", self.left.conj(), moved))
 
     def shares(self, other: Spectrum) -> FloatArray:
@@ -69,8 +81,8 @@ class Spectrum(NamedTuple):
 
 def _products(one: Spectrum, other: Spectrum) -> ComplexArray:
     left, (mass, velocity, _) = one.left.conj().T, one.triple
-    inertia = mass @ other.right
-    both = left @ (inertia * other.values + velocity @ other.right)
+    inertia = times(mass, other.right)
+    both = left @ (inertia * other.values + times(velocity, other.right))
     return np.asarray(one.values[:, None] * (left @ inertia) + both)
 
 
@@ -92,13 +104,13 @@ def spectrum(
     is_conservative = found is not None
     if found is None:
         found = _general(triple, operator.states, top or lowest_frequency(triple))
-    values, right, left = found
+    values, right, left, twins = found
     # Rayleigh's quotient of both vectors: quadratic, in the terms of the matrices as given
-    free = values == 0
+    free, moved = values == 0, triple.times(right)
     for _ in range(2):
-        slope = np.einsum("ij,ij->j", left.conj(), _slopes(triple, right, values))
+        slope = np.einsum("ij,ij->j", left.conj(), moved.slope(values))
         slope = np.where(np.abs(slope) > 0, slope, 1.0)
-        step = np.einsum("ij,ij->j", left.conj(), triple.times(right, values)) / slope
+        step = np.einsum("ij,ij->j", left.conj(), moved.value(values)) / slope
         sound = ~free & (np.abs(step) < STEP * np.abs(values))
         values = values - np.where(sound, step, 0.0)
     if is_conservative:
@@ -106,19 +118,19 @@ def spectrum(
     elif np.isrealobj(triple.stiffness) and np.isrealobj(triple.mass):
         values = np.where(np.abs(values.imag) <= EPS * np.abs(values), values.real, values)
     left = left / slope.conj()
+    sizes = _terms(triple, values, right)
+    residuals = _backward_errors(triple, values, moved.value(values), sizes)
+    uncertainty = ROUNDINGS * EPS * np.einsum("ij,ij->j", np.abs(left), sizes)
+    uncertainty = np.where(free | sound, uncertainty, np.maximum(uncertainty, np.abs(step)))
     return Spectrum(
-        values,
-        right,
-        left,
-        residuals_of(triple, values, right),
-        _uncertainty(triple, values, right, left),
+        np.concatenate((values, values[twins].conj())),
+        np.hstack((right, right[:, twins].conj())),
+        np.hstack((left, left[:, twins].conj())),
+        np.concatenate((residuals, residuals[twins])),
+        np.concatenate((uncertainty, uncertainty[twins])),
         triple,
         is_conservative,
     )
-
-
-def _slopes(triple: Triple, right: ComplexArray, values: ComplexArray) -> ComplexArray:
-    return np.asarray((triple.mass @ right) * (2.0 * values) + triple.velocity @ right)
 
 
 def residuals_of(triple: Triple, values: ComplexArray, right: ComplexArray) -> FloatArray:
@@ -126,15 +138,21 @@ def residuals_of(triple: Triple, values: ComplexArray, right: ComplexArray) -> F
 
     The backward error: each is a root of matrices that differ by this part.
     """
-    sizes = _terms(triple, values, right)
+    miss = triple.times(right).value(values)
+    return _backward_errors(triple, values, miss, _terms(triple, values, right))
+
+
+def _backward_errors(
+    triple: Triple, values: ComplexArray, miss: ComplexArray, sizes: FloatArray
+) -> FloatArray:
     rate = float(np.median(np.abs(values))) or 1.0 if values.size else 1.0
     diagonal = sum(
         np.abs(np.diag(matrix)) * rate**power
         for matrix, power in zip(triple, (2, 1, 0), strict=True)
     )
     scale = (1.0 / np.sqrt(diagonal + np.finfo(float).tiny))[:, None]
-    miss = np.abs(triple.times(right, values)) * scale
-    return np.asarray(miss.max(axis=0) / ((sizes * scale).max(axis=0) + np.finfo(float).tiny))
+    largest = (sizes * scale).max(axis=0) + np.finfo(float).tiny
+    return np.asarray((np.abs(miss) * scale).max(axis=0) / largest)
 
 
 def _terms(triple: Triple, values: ComplexArray, right: ComplexArray) -> FloatArray:
@@ -142,13 +160,6 @@ def _terms(triple: Triple, values: ComplexArray, right: ComplexArray) -> FloatAr
     size, vectors = np.abs(values), np.abs(right)
     mass, velocity, stiffness = (np.abs(matrix) @ vectors for matrix in triple)
     return np.asarray((mass * size + velocity) * size + stiffness)
-
-
-def _uncertainty(
-    triple: Triple, values: ComplexArray, right: ComplexArray, left: ComplexArray
-) -> FloatArray:
-    terms = np.einsum("ij,ij->j", np.abs(left), _terms(triple, values, right))
-    return np.asarray(ROUNDINGS * EPS * terms)
 
 
 def lowest_frequency(triple: Triple) -> float:
@@ -166,7 +177,13 @@ def lowest_frequency(triple: Triple) -> float:
     return float(np.sqrt(strained.min())) if strained.size else 1.0
 
 
-Roots = tuple[ComplexArray, ComplexArray, ComplexArray]
+class Roots(NamedTuple):
+    """Roots (m,) and vectors (n, m); `twins`: those whose conjugates are roots as well."""
+
+    values: ComplexArray
+    right: ComplexArray
+    left: ComplexArray
+    twins: IntArray
 
 
 def _conservative(triple: Triple) -> Roots | None:
@@ -207,7 +224,7 @@ def _conservative(triple: Triple) -> Roots | None:
     place[loose] = states[:n][loose] / np.where(still, 1.0, values)
     right = la.solve_triangular(factor, modes @ place)
     right = right / np.abs(right).max(axis=0)
-    return 1j * values, right, right
+    return Roots(1j * values, right, right, np.empty(0, dtype=int))
 
 
 def _within(factor: Matrix, matrix: Matrix) -> Matrix:
@@ -239,22 +256,35 @@ def _general(triple: Triple, states: int, top: float) -> Roots:
     top_rows = -la.lu_solve(factors, np.hstack([first, heavy[:, :q]]))
     companion = np.vstack([top_rows, top_rows[:q] + np.eye(q, n + q)])
     inverse, vectors = np.linalg.eig(companion)
-    duals = _duals(inverse, vectors)
+    if np.isrealobj(companion):
+        # of the pairs of a real problem one, for which half of the vectors are enough
+        duals, above = real_dual(inverse, vectors, _duals), inverse.imag >= 0
+        inverse, vectors, duals = (
+            inverse[above].conj(),
+            vectors[:, above].conj(),
+            duals[above].conj(),
+        )
+        twins = inverse.imag != 0
+    else:
+        duals, twins = _duals(vectors), np.zeros(inverse.size, dtype=bool)
     kept = np.abs(inverse) > INFINITE * np.abs(inverse).max(initial=1.0)
     both = duals[kept, :n].copy()
     both[:, :q] += duals[kept, n:]
     right = columns[:, None] * vectors[:n, kept]
     left = -rows[:, None] * la.lu_solve(factors, both.conj().T, trans=2)
     values = shift * (1.0 + 1.0 / inverse[kept])
-    count = _zero_count(triple, top)
-    values[np.argsort(np.abs(values), kind="stable")[:count]] = 0.0
-    return values, right.astype(complex), left
+    slowest = np.argsort(np.abs(values), kind="stable")
+    before = np.concatenate(([0], np.cumsum(1 + twins[kept][slowest])[:-1]))
+    values[slowest[before < _zero_count(triple, top)]] = 0.0
+    return Roots(values, right.astype(complex), left, np.flatnonzero(twins[kept]))
 
 
-def _duals(values: ComplexArray, vectors: ComplexArray) -> ComplexArray:
+def _duals(vectors: Matrix) -> Matrix:
     """Return the left vectors as rows, of unit product; of defective ones those nearest to that."""
-    if np.linalg.cond(vectors) < 1.0 / INFINITE:
-        return np.asarray(np.linalg.inv(vectors))
+    with suppress(np.linalg.LinAlgError):
+        found = np.linalg.inv(vectors)
+        if la.norm(found, 1) * la.norm(vectors, 1) < 1.0 / INFINITE:
+            return np.asarray(found)
     return np.asarray(np.linalg.pinv(vectors))
 
 
@@ -274,7 +304,7 @@ def _zero_count(triple: Triple, top: float) -> int:
     first, second = scale[:, None] * left[:, at], scale[:, None] * right[at].conj().T
     push = first.conj().T @ velocity @ second
     terms = np.abs(first).T @ np.abs(velocity) @ np.abs(second)
-    inertia = float((scale**2 * np.diag(mass)).max())
+    inertia = float((scale**2 * np.diag(mass).real).max())
     floor = max(_NO_PUSH * float(terms.max()), _NO_DRIFT * top * inertia)
     rank = int(np.count_nonzero(la.svdvals(push) > floor)) if floor > 0 else 0
     return 2 * int(np.count_nonzero(at)) - rank

@@ -31,6 +31,10 @@ ROUNDINGS = 4.0
 DEFECT = 2e-3
 #: Least share of one vector in the other, of two ends that are one path.
 SHARE = 0.5
+#: Where one vector is in the other by this share nothing is exchanged, and the error of the cubic,
+#: about a tenth of that of the trapezoid rule, is what that limit means:
+ALIKE = 0.9
+DEFECT_ALIKE = 1e-2
 #: How many times closer than any rival an end is that needs no share.
 ALONE = 10.0
 #: Part of DEFECT below which neither share nor rivals matter.
@@ -43,6 +47,8 @@ HALVINGS = 14
 VEERING = 0.05
 #: Newton's steps for an event end below this part of the parameter.
 AT_REST = 1e-12
+#: A root smaller than this many uncertainties is not told from zero.
+UNRESOLVED = 4.0
 #: A refined event is one if its function is zero to this part of |s|; its cubic may have made it.
 EVENT = 1e-9
 #: A motion above this damping ratio is followed by count only.

@@ -1,6 +1,7 @@
 """Critical speeds and their map over bearing stiffness.
 
-Direct eigenproblems for constant bearings, sign counts for bearings that depend on the speed.
+Direct eigenproblems for constant bearings, sign counts for bearings that depend on the speed, paths
+of the roots over the speed with damping.
 In: `AssembledSystem` and a range. Out: `CriticalSpeed` records, `CriticalSpeedMap`.
 """
 

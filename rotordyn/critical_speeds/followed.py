@@ -6,15 +6,18 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from solidwhirl.rotordyn.assembly.operator import operator_of
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
-from solidwhirl.rotordyn.critical_speeds.refined import Meeting, refined_root
 from solidwhirl.rotordyn.critical_speeds.search import CriticalSpeed
 from solidwhirl.rotordyn.modes.damping import log_decrement
 from solidwhirl.rotordyn.modes.eigen import modes_at_speed
 from solidwhirl.rotordyn.modes.whirl import motion_at_speed
+from solidwhirl.rotordyn.paths.events import met, refined
 
 # A mode further away than this (relative) is another one; one of opposite whirl counts that much.
 _FARTHEST, _OPPOSITE = 0.25, 0.5
+# Roots as near as this (relative) are equal.
+_EQUAL = 1e-9
 
 
 def followed_critical_speeds(
@@ -39,12 +42,16 @@ def _followed(assembled: AssembledSystem, known: CriticalSpeed) -> CriticalSpeed
     far = np.abs(modes.eigenvalues - value) / abs(value) + _OPPOSITE * (directions == opposite)
     if not far.size or far.min() > _FARTHEST:
         return None
-    at = int(far.argmin())
-    guess = Meeting(speed, complex(modes.eigenvalues[at]), modes.shapes[:, at])
-    root = refined_root(assembled, ratio, guess, _FARTHEST)
-    if root is None:
+    at, operator = int(far.argmin()), operator_of(assembled)
+    place = met(operator, speed, complex(modes.eigenvalues[at]), ratio)
+    if place is None or not abs(place.speed - speed) < _FARTHEST * speed:
         return None
-    speed, value, shape = root.meeting
+    speed, value = place.speed, place.value
+    # of equal modes the one that looks like that at the known speed
+    twins = refined(operator.at(speed, ratio * speed), value, 2)
+    alike = np.abs(twins.values - value) <= _EQUAL * abs(value)
+    basis = twins.right[: assembled.size, alike]
+    shape = basis @ np.linalg.lstsq(basis, modes.shapes[:, at], rcond=None)[0]
     motion = motion_at_speed(assembled, shape[:, None], np.array([value]), speed)
     return CriticalSpeed(
         speed_rad_s=speed,

@@ -12,9 +12,7 @@ from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyAr
 from solidwhirl.rotordyn.core.dense import scale_by_stiffness
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
-from solidwhirl.rotordyn.critical_speeds.damped import followed_to_the_line
-from solidwhirl.rotordyn.critical_speeds.lightly_damped import lightly_damped
-from solidwhirl.rotordyn.critical_speeds.met import met_with_laws
+from solidwhirl.rotordyn.critical_speeds.met import met_by_excitation
 from solidwhirl.rotordyn.critical_speeds.speed_roots import speed_roots
 from solidwhirl.rotordyn.critical_speeds.undamped import undamped_critical_speeds
 from solidwhirl.rotordyn.critical_speeds.whirl_pencils import (
@@ -25,7 +23,7 @@ from solidwhirl.rotordyn.critical_speeds.whirl_pencils import (
 )
 from solidwhirl.rotordyn.modes.damping import DampingRule, amplification_factor, log_decrement
 from solidwhirl.rotordyn.modes.kinds import kinds
-from solidwhirl.rotordyn.modes.whirl import motion_of
+from solidwhirl.rotordyn.modes.whirl import motion_of, separated_whirl
 
 # Systems and ratios whose critical speeds are kept: analyses ask for the same ones. Limits that are
 # closer than this (relative) are one.
@@ -132,12 +130,11 @@ def critical_speeds(
     are found by counting negative eigenvalues, all of them (see `speed_roots`); one mode may have
     several critical speeds. An isotropic system is solved for forward and backward whirl apart.
 
-    With light damping each is refined from the one without it, and counts of the modes below the
-    excitation prove that none is missing; else the branches are followed from rest and Im λ(Ω) = αΩ
-    is solved on each; steps begin and end at the critical speeds without damping and the knots of
-    speed laws. Bearings that depend on the frequency are read at αΩ, which is that of the mode, so
-    that no root is made up; controllers are states.
-    Motions that creep, of a damping ratio above 0.995, are left out.
+    With damping all roots are followed over the speed and Im λ(Ω) = αΩ is solved on their paths;
+    the roots above the excitation at the ends of each step tell how many meet it in between.
+    Bearings that depend on the frequency are read at αΩ, which is that of the mode, so that no root
+    is made up; controllers are states. Motions that creep, of a damping ratio above 0.995, are left
+    out. Raises AnalysisError if roots meet the excitation that can't be told apart.
     """
     ratio, limit = checked_excitation(assembled, excitation_ratio, speed_max_rad_s)
     known = _searched(assembled, ratio)
@@ -168,11 +165,11 @@ def _found(assembled: AssembledSystem, ratio: float, limit: float) -> tuple[Crit
         speeds, shapes = undamped_critical_speeds(assembled, ratio, limit)
         decrements = np.zeros(speeds.size)
     elif np.isfinite(limit):
-        speeds, shapes, decrements = _damped(assembled, given, ratio, limit)
+        speeds, shapes, decrements = _damped(given, ratio, limit)
     else:
         raise AnalysisError(
             "speed_max_rad_s is needed: this system has damping, an unsymmetric or a negative "
-            "stiffness, and its branches are followed up to a finite speed"
+            "stiffness, and its roots are followed up to a finite speed"
         )
     motion = motion_of(assembled, shapes)
     return tuple(
@@ -255,19 +252,12 @@ def _is_undamped_problem(assembled: AssembledSystem) -> bool:
 
 
 def _damped(
-    assembled: AssembledSystem, given: AssembledSystem, ratio: float, limit: float
+    assembled: AssembledSystem, ratio: float, limit: float
 ) -> tuple[FloatArray, ComplexArray, FloatArray]:
-    """Return critical speeds, shapes and decrements with damping, by rising speed.
-
-    `assembled`: with bearings at the frequency of the excitation; `given`: as they are.
-    """
-    if given.depends_on_frequency:
-        met = met_with_laws(given, ratio, limit)
-    else:
-        light = lightly_damped(assembled, ratio, limit)
-        met = followed_to_the_line(assembled, ratio, limit) if light is None else light
-    found = sorted(met, key=lambda item: item.speed)
+    """Return critical speeds, shapes and decrements with damping, by rising speed."""
+    found = sorted(met_by_excitation(assembled, ratio, limit), key=lambda item: item.speed)
+    speeds = np.array([item.speed for item in found])
     # Im λ = αΩ here but for rounding, which is no small part of it where Re λ is far larger
     values = np.array([complex(m.value.real, ratio * m.speed) for m in found], dtype=complex)
-    shapes = np.array([item.shape for item in found], dtype=complex).reshape(-1, assembled.size)
-    return np.array([item.speed for item in found]), shapes.T, log_decrement(values)
+    shapes = np.array([item.right for item in found], dtype=complex).reshape(-1, assembled.size).T
+    return speeds, separated_whirl(assembled, values, shapes), log_decrement(values)

@@ -19,20 +19,21 @@ from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.second_order import SecondOrder, Triple
 from solidwhirl.rotordyn.core.spectrum import Spectrum, spectrum
 from solidwhirl.rotordyn.core.tolerances import (
+    ALIKE,
     ALONE,
     CERTAIN,
     DEFECT,
+    DEFECT_ALIKE,
+    EPS,
     EVENT,
     GROWTH,
     HALVINGS,
     NEAR_AXIS,
     OVERDAMPED,
     SHARE,
+    UNRESOLVED,
     VEERING,
 )
-
-#: Which steps from a to b are to be followed closely, (m,) each: those whose chord meets a window.
-Wanted = Callable[[ComplexArray, ComplexArray], BoolArray]
 
 
 class Node(NamedTuple):
@@ -46,6 +47,15 @@ class Node(NamedTuple):
     slopes: ComplexArray
     spectrum: Spectrum
     order: IntArray
+
+
+# −Re s over |Im s| of a motion that is just overdamped.
+_STEEPEST = OVERDAMPED / np.sqrt(1.0 - OVERDAMPED**2)
+# Of roots beyond this part of the rate that matters no vectors are compared.
+_NEAR = 10.0
+
+#: Which paths between two nodes are to be followed closely, (m,): those that may come to a window.
+Wanted = Callable[[Node, Node], BoolArray]
 
 
 class Event(NamedTuple):
@@ -94,9 +104,10 @@ class EigenvaluePaths:
         growth: bool = False,
     ) -> None:
         self._solve, self._change = solve, change
-        self._wanted = wanted or (lambda first, _: np.ones(first.size, dtype=bool))
+        self._wanted = wanted or (lambda first, _: np.ones(first.values.size, dtype=bool))
         self._scale, self._growth = scale, growth
         self._known: dict[float, Spectrum] = {}
+        self._slopes: dict[tuple[float, int], ComplexArray] = {}
         self.branch_points: list[Event] = []
         self.stretches: list[tuple[Node, Node]] = []
         order = np.arange(self._spectrum(places[0]).values.size)
@@ -110,15 +121,32 @@ class EigenvaluePaths:
             second for _, second in self.stretches[-1:]
         ]
 
+    def halved(self, stretches: Sequence[tuple[Node, Node]]) -> EigenvaluePaths:
+        """Return the paths with a node in the middle of some stretches."""
+        places = {node.at for node in self.nodes} | {0.5 * (a.at + b.at) for a, b in stretches}
+        return EigenvaluePaths(
+            self._spectrum,
+            self._change,
+            sorted(places, reverse=self.stretches[0][0].at > self.stretches[0][1].at),
+            wanted=self._wanted,
+            scale=self._scale,
+            growth=self._growth,
+        )
+
     def _spectrum(self, place: float) -> Spectrum:
         if place not in self._known:
-            self._known[place] = self._solve(place)
+            found = self._solve(place)
+            # motions that are free but for what is no more than the error of the eigensolver
+            free = np.abs(found.values) < UNRESOLVED * found.uncertainty
+            self._known[place] = found._replace(values=np.where(free, 0.0, found.values))
         return self._known[place]
 
     def _node(self, place: float, order: IntArray | None, side: int) -> Node:
         found = self._spectrum(place)
         order = np.arange(found.values.size) if order is None else order
-        slopes = found.slopes(self._change(place, side))
+        if (place, side) not in self._slopes:
+            self._slopes[place, side] = found.slopes(self._change(place, side))
+        slopes = self._slopes[place, side]
         return Node(place, found.values[order], slopes[order], found, order)
 
     def _advance(self, start: float, order: IntArray, stop: float) -> IntArray:
@@ -129,26 +157,26 @@ class EigenvaluePaths:
         while waiting:
             first = self._node(here, order, sense)
             second = self._node(waiting[-1], None, -sense)
-            partner, doubtful = self._paired(first, second)
+            first, end, doubtful = self._paired(first, second)
             place = None
             if doubtful.size:
                 place = 0.5 * (first.at + second.at)
             elif self._growth:
-                place = self._hidden_veering(first, second, partner)
+                place = self._hidden_veering(first, end)
             if place is not None and min(abs(place - here), abs(second.at - place)) > 0.5 * least:
                 waiting.append(place)
                 continue
             middle = 0.5 * (first.at + second.at)
             self.branch_points += [Event(middle, first.values[j], int(j)) for j in doubtful[:1]]
-            here, order = waiting.pop(), second.order[partner]
-            values, slopes = second.values[partner], second.slopes[partner]
-            self.stretches.append(
-                (first, second._replace(values=values, slopes=slopes, order=order))
-            )
+            here, order = waiting.pop(), end.order
+            self.stretches.append((first, end))
         return order
 
-    def _paired(self, first: Node, second: Node) -> tuple[IntArray, IntArray]:
-        """Return the one-to-one pairing, and the wanted paths that are not sure yet."""
+    def _paired(self, first: Node, second: Node) -> tuple[Node, Node, IntArray]:
+        """Return both nodes in the order of the paths, and the wanted ones that are not sure yet.
+
+        A root that leaves zero, or comes to it, does so on a ray: a pair of zeros has no slope.
+        """
         if first.values.size != second.values.size:
             raise AnalysisError(
                 f"the number of finite eigenvalues changes from {first.values.size} to "
@@ -156,33 +184,50 @@ class EigenvaluePaths:
             )
         width = second.at - first.at
         size = np.maximum(np.abs(first.values), 1e-3 * self._scale)[:, None]
-        shares = first.spectrum.shares(second.spectrum)[first.order]
+        shares = np.zeros((first.values.size, second.values.size))
+        near = [np.flatnonzero(np.abs(n.values) < _NEAR * self._scale) for n in (first, second)]
+        one, other = (
+            node.spectrum.part(node.order[at])
+            for node, at in zip((first, second), near, strict=True)
+        )
+        shares[np.ix_(*near)] = one.shares(other)
         step = second.values - first.values[:, None]
-        defect = np.abs(step - 0.5 * width * (first.slopes[:, None] + second.slopes)) / size
+        begin = np.where(first.values[:, None] == 0, step / width, first.slopes[:, None])
+        finish = np.where(second.values == 0, step / width, second.slopes)
+        defect = np.abs(step - 0.5 * width * (begin + finish)) / size
         defect = np.where(np.isfinite(defect), defect, 1e6)
         alike = np.clip(np.nan_to_num(shares), 0.0, 1.0)
         cost = np.minimum(defect / DEFECT, 3.0) + 1.0 - alike + 0.1 * np.abs(step) / size
         own, order = scipy.optimize.linear_sum_assignment(cost)
-        chosen, end = defect[own, order], second.values[order]
+        chosen = defect[own, order]
+        begun = first._replace(slopes=begin[own, order])
+        end = Node(
+            second.at,
+            second.values[order],
+            finish[own, order],
+            second.spectrum,
+            second.order[order],
+        )
         rival = np.partition(defect, 1, axis=1)[:, 1] if defect.shape[1] > 1 else np.inf
         alone = rival > ALONE * chosen + DEFECT / ALONE
         sure = (shares[own, order] > SHARE) | alone | (chosen < CERTAIN * DEFECT)
-        sure &= chosen < DEFECT
+        sure &= (chosen < DEFECT) | ((chosen < DEFECT_ALIKE) & (shares[own, order] > ALIKE))
         if self._growth:
-            off = end - first.values - 0.5 * width * (first.slopes + second.slopes[order])
-            growth = np.maximum(np.abs(first.values.real), np.abs(end.real))
+            off = end.values - begun.values - 0.5 * width * (begun.slopes + end.slopes)
+            growth = np.maximum(np.abs(begun.values.real), np.abs(end.values.real))
             sure &= np.abs(off.real) < GROWTH * growth + EVENT * self._scale
-        return order, np.flatnonzero(self._wanted(first.values, end) & ~sure)
+        return begun, end, np.flatnonzero(self._wanted(begun, end) & ~sure)
 
-    def _hidden_veering(self, first: Node, second: Node, order: IntArray) -> float | None:
+    def _hidden_veering(self, first: Node, second: Node) -> float | None:
         """Return where paths whose frequencies cross may exchange growth unseen by both ends.
 
         Two levels a distance D apart turn at the rate B = yᵢᴴ P' xⱼ, so that (Bᵢⱼ Bⱼᵢ)^½ |D| / |D'|
         couples them where they cross.
         """
-        end = second.values[order]
-        near = np.flatnonzero(self._wanted(first.values, end))
-        begin, finish = (v.imag[near][:, None] - v.imag[near] for v in (first.values, end))
+        near = np.flatnonzero(self._wanted(first, second))
+        begin, finish = (
+            node.values.imag[near][:, None] - node.values.imag[near] for node in (first, second)
+        )
         crossing = np.argwhere(np.triu(begin * finish < 0, 1))
         if not crossing.size:
             return None
@@ -190,8 +235,8 @@ class EigenvaluePaths:
         right, left = (
             vectors[:, first.order[near]] for vectors in (first.spectrum.right, first.spectrum.left)
         )
-        turn = left.conj().T @ change.times(right, first.values[near])
-        growth = np.minimum(np.abs(first.values.real), np.abs(end.real))[near]
+        turn = left.conj().T @ change.times(right).value(first.values[near])
+        growth = np.minimum(np.abs(first.values.real), np.abs(second.values.real))[near]
         for i, j in crossing:
             part = begin[i, j] / (begin[i, j] - finish[i, j])
             run = abs(begin[i, j] - finish[i, j])
@@ -220,17 +265,21 @@ class EigenvaluePaths:
             near = np.minimum(np.abs(low), np.abs(high))
             reach = np.abs(rise) + np.abs(fall) + EVENT * self._scale
             seen = (low * high <= 0) | (near <= reach)
-            seen &= self._wanted(first.values, second.values) & np.isfinite(rise + fall)
+            end = 1.0 + 1e-9 if second is self.stretches[-1][1] else 1.0 - 1e-9
+            seen &= self._wanted(first, second) & np.isfinite(rise + fall)
             for j in np.flatnonzero(seen):
-                cubic = (
-                    2 * (low[j] - high[j]) + rise[j] + fall[j],
-                    3 * (high[j] - low[j]) - 2 * rise[j] - fall[j],
-                    rise[j],
-                    low[j],
+                cubic = np.array(
+                    [
+                        2 * (low[j] - high[j]) + rise[j] + fall[j],
+                        3 * (high[j] - low[j]) - 2 * rise[j] - fall[j],
+                        rise[j],
+                        low[j],
+                    ]
                 )
+                cubic[np.abs(cubic) <= EPS * np.abs(cubic).max()] = 0.0
                 for root in np.roots(cubic):
                     part = float(root.real)
-                    if abs(root.imag) < 1e-9 and -1e-9 <= part < 1 - 1e-9:
+                    if abs(root.imag) < 1e-9 and -1e-9 <= part < end:
                         value = _on_cubic(first, second, int(j), part)
                         found.append(Event(first.at + part * width, value, int(j)))
         return found
@@ -246,9 +295,62 @@ def _on_cubic(first: Node, second: Node, path: int, part: float) -> complex:
 
 def meets_band(low: float, high: float) -> Wanted:
     """Return the steps whose chord meets a band of Im s, with those at its rim."""
-    return lambda first, second: (
-        (np.maximum(first.imag, second.imag) > low) & (np.minimum(first.imag, second.imag) < high)
-    )
+
+    def wanted(first: Node, second: Node) -> BoolArray:
+        ends = first.values.imag, second.values.imag
+        return np.asarray((np.maximum(*ends) > low) & (np.minimum(*ends) < high))
+
+    return wanted
+
+
+def meets_lines(whirl_ratios: Sequence[float]) -> Wanted:
+    """Return the paths that may meet a line Im s = αΩ and are not overdamped there.
+
+    The cubic of a path lies within its four control points; as far as the trapezoid rule misses its
+    end it may lie beyond.
+    """
+
+    def wanted(first: Node, second: Node) -> BoolArray:
+        width = second.at - first.at
+        rise, fall = width * first.slopes, width * second.slopes
+        beyond = second.values - first.values - 0.5 * (rise + fall)
+        points = np.array(
+            [first.values, first.values + rise / 3.0, second.values - fall / 3.0, second.values]
+        )
+        places = first.at + width * np.array([0.0, 1.0, 2.0, 3.0])[:, None] / 3.0
+        least = points.real.max(axis=0) + np.abs(beyond.real)
+        meets = np.zeros(first.values.size, dtype=bool)
+        for ratio in whirl_ratios:
+            above = points.imag - ratio * places
+            near = (above.min(axis=0) <= np.abs(beyond.imag)) & (
+                above.max(axis=0) >= -np.abs(beyond.imag)
+            )
+            meets |= near & (least > -_STEEPEST * np.abs(ratio * places).max())
+        return np.asarray(meets & ((first.values != 0) | (second.values != 0)))
+
+    return wanted
+
+
+def grows_below(top: float, *, is_real: bool) -> Wanted:
+    """Return the paths with |Im s| below a frequency that may come to the imaginary axis.
+
+    Of conjugate pairs of a real operator one is followed.
+    """
+    least = -EVENT * top if is_real else -1.2 * top
+
+    def lively(values: ComplexArray) -> BoolArray:
+        inside = (values.imag > least) & (values.imag < 1.2 * top)
+        return np.asarray(inside & _oscillates(values))
+
+    def wanted(first: Node, second: Node) -> BoolArray:
+        either = lively(first.values) | lively(second.values)
+        return either & near_axis(first.values, second.values)
+
+    return wanted
+
+
+def _oscillates(values: ComplexArray) -> BoolArray:
+    return np.asarray(values.real > -OVERDAMPED * np.abs(values))
 
 
 def near_axis(first: ComplexArray, second: ComplexArray) -> BoolArray:
@@ -261,6 +363,7 @@ def speed_paths(
     operator: SecondOrder,
     speeds: Sequence[float],
     top: float,
+    wanted: Wanted,
     *,
     whirl_ratio: float = 0.0,
     growth: bool = False,
@@ -268,8 +371,7 @@ def speed_paths(
     """Return the paths over the speed, laws over the frequency read at |whirl_ratio · Ω|.
 
     `speeds`: where nodes are wanted, monotonic, rad/s; knots of the laws between them are added.
-    `top`: roots with |Im s| below it are followed, overdamped ones are only counted; with `growth`
-    those that may come to the imaginary axis.
+    `top`: the highest frequency of the question; `wanted`, `growth`: as of `EigenvaluePaths`.
     """
     ratio = abs(whirl_ratio)
     knots = [*operator.speed_knots]
@@ -278,18 +380,6 @@ def speed_paths(
     low, high = min(speeds), max(speeds)
     inner = {sign * knot for knot in knots for sign in (-1.0, 1.0) if low < sign * knot < high}
     places = sorted(inner | {*speeds}, reverse=speeds[-1] < speeds[0])
-
-    # of conjugate pairs one is followed
-    least = -EVENT * top if operator.is_real else -1.2 * top
-
-    def lively(values: ComplexArray) -> BoolArray:
-        inside = (values.imag > least) & (values.imag < 1.2 * top)
-        return np.asarray(inside & (values.real > -OVERDAMPED * np.abs(values)))
-
-    def wanted(first: ComplexArray, second: ComplexArray) -> BoolArray:
-        either = lively(first) | lively(second)
-        return either & near_axis(first, second) if growth else either
-
     return EigenvaluePaths(
         lambda speed: spectrum(operator, speed, ratio * abs(speed), top),
         lambda speed, side: operator.along(speed, ratio, side),

@@ -30,12 +30,16 @@ class Refined(NamedTuple):
 
 
 class Located(NamedTuple):
-    """Where a function of a root is zero: speed, root, right vector, residual in the operator."""
+    """Where a function of a root is zero: speed, root, right vector, residual in the operator.
+
+    `rate`: how fast the function changes with the speed along the path.
+    """
 
     speed: float
     value: complex
     right: ComplexArray
     residual: float
+    rate: float
 
 
 def refined(triple: Triple, near: complex, count: int = 1) -> Refined:
@@ -95,25 +99,29 @@ def located(
     also make zeros that are none.
     """
     ratio = abs(whirl_ratio)
-    step = np.inf
     for _ in range(_STEPS):
+        if abs(value) <= np.finfo(float).tiny:  # a free motion
+            return None
         triple = operator.at(speed, ratio * abs(speed) if ratio else frequency)
         values, rights, lefts = refined(triple, value)
         value, right, left = complex(values[0]), rights[:, 0], lefts[:, 0]
         miss = function(speed, value)
-        if abs(step) <= AT_REST * abs(speed) or miss == 0.0:
-            break
         change = operator.along(speed, ratio) if ratio else operator.by_speed(speed, frequency)
         slope = -complex(left.conj() @ change.value(value) @ right)
         rate = derivative(slope)
+        if miss == 0.0:
+            break
         if rate == 0.0 or not np.isfinite(rate):
             return None
         step = -miss / rate
         speed, value = speed + step, value + slope * step
+        if abs(step) <= AT_REST * abs(speed):
+            break
     if abs(miss) > EVENT * abs(value):
         return None
+    triple = operator.at(speed, ratio * abs(speed) if ratio else frequency)
     residual = residuals_of(triple, np.array([value]), right[:, None])[0]
-    return Located(float(speed), value, right, float(residual))
+    return Located(float(speed), value, right, float(residual), rate)
 
 
 def met(

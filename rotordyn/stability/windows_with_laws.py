@@ -13,7 +13,7 @@ from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.core.second_order import SecondOrder
 from solidwhirl.rotordyn.core.spectrum import Spectrum, spectrum
 from solidwhirl.rotordyn.modes.damping import NEUTRAL
-from solidwhirl.rotordyn.paths.eigenvalue_paths import speed_paths
+from solidwhirl.rotordyn.paths.eigenvalue_paths import grows_below, speed_paths
 from solidwhirl.rotordyn.paths.events import neutral, refined
 from solidwhirl.rotordyn.paths.frequency_paths import Change, growth_changes
 from solidwhirl.rotordyn.paths.frequency_roots import FrequencyRoot, frequency_roots, root_near
@@ -52,7 +52,8 @@ def windows_with_laws(assembled: AssembledSystem, low: float, high: float) -> li
             changes, [*roots], lambda speed: _of_roots(operator, speed, roots), near_root
         )
     top = _highest(operator, low, high)
-    paths = speed_paths(operator, speeds, top, growth=True)
+    wanted = grows_below(top, is_real=operator.is_real)
+    paths = speed_paths(operator, speeds, top, wanted, growth=True)
     events = paths.crossings(lambda _, values: values.real, lambda _, slopes: slopes.real)
     found = [neutral(operator, event.at, event.value) for event in events]
     changes = [Change(one.speed, one.value, is_birth=False) for one in found if one is not None]

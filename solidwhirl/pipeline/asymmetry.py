@@ -172,7 +172,8 @@ def frame_estimates(
     without = unestimated(elements)
     diagram, moved = as_campbell(found.diagram, found.frame_ratio)
     scale = error_scale(standing, diagram.eigenvalues)
-    named = dict.fromkeys(part for one in found.lateral for part in one.errors)
+    # there may be no critical speed
+    named = dict.fromkeys(["eigen_solver", *(part for one in found.lateral for part in one.errors)])
     return Estimates(
         at_rest=replace(frequency_errors(standing, at_rest), bodies_without_estimate=without),
         campbell=CampbellErrors(
