@@ -262,11 +262,10 @@ def _turning_point(
             raise ArithmeticError
         return found
 
-    def rise(part: float) -> float:
-        return float(at(part).along[-1] / course.unit)
-
     try:
-        part = scipy.optimize.brentq(rise, 0.0, length, xtol=1e-3 * _TURNED * length)
+        part = scipy.optimize.brentq(
+            lambda part: at(part).along[-1], 0.0, length, xtol=1e-3 * _TURNED * length
+        )
         return replace(at(part), is_turning=True)
     except ArithmeticError:
         return None

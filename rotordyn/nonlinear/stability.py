@@ -18,11 +18,10 @@ from solidwhirl.rotordyn.nonlinear.harmonic_balance import joint_samples, series
 _FEWEST, _MOST, _TIMES = 8, 16, 6.0
 # Columns shorter than this beside the others are dropped.
 _DEPENDENT = 1e-7
-# Steps of a turn, a power of 2, those of motions with one harmonic, and parts of one in which
-# forces are sampled. The error falls with the fourth power of the steps; where a gap opens or
-# closes, with that of the parts. The exponential of a step is that of its 2^s-th part, squared s
-# times, so that what dies out within a step is not seen as lasting.
-_STEPS, _FEW_STEPS, _PARTS, _SQUARED = 128, 64, 4, 3
+# Steps of a turn, a power of 2, and parts of one in which forces are sampled. The error falls with
+# the fourth power of the steps; where a gap opens or closes, with that of the parts. A step's
+# exponential is that of its 2^s-th part, squared s times, so that what dies out within it is gone.
+_STEPS, _PARTS, _SQUARED = 128, 4, 3
 # A motion grows if a multiplier is above 1 by more than this; less is rounding.
 GROWS = 1e-6
 
@@ -81,7 +80,7 @@ def multipliers(
     which keeps undamped motions at 1 (Iserles et al. 2000, Acta Numerica 9).
     """
     omega = small.forced.frequency_ratio * speed_rad_s
-    least = _STEPS if len(motion_m) > 3 else _FEW_STEPS
+    least = _STEPS if len(motion_m) > 3 else _STEPS // 2
     steps = steps or least << (small.forced.period_multiple - 1).bit_length()
     states = _state_matrices(small, motion_m, speed_rad_s, steps)
     length = 2.0 * np.pi / (steps * omega)
