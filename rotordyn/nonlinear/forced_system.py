@@ -183,37 +183,31 @@ def condensed(
     """
     ratio, omega = forced.frequency_ratio, forced.frequency_ratio * speed_rad_s
     # bearings that depend on the frequency have that of each harmonic
-    systems = [at_whirl_ratio(forced.assembled, k * ratio) for k in range(harmonics + 1)]
-    known = {
-        system: (matrices_at_speed(system, speed_rad_s), speed_derivative(system, speed_rad_s))
-        for system in set(systems)
-    }
-    found = []
-    for k, (system, shift) in enumerate(zip(systems, forced.shifts(harmonics), strict=True)):
-        here, change = known[system]
-        velocity = here.damping + here.gyroscopic
-        held = shift * forced.motion.T @ forced.motion
-        if k == 0 and forced.free.size:
-            pushed = here.mass @ forced.free
-            held = held + omega**2 * pushed @ pushed.T
-        whole = here.stiffness + held - (k * omega) ** 2 * here.mass + 1j * k * omega * velocity
-        slope = change.stiffness + 1j * k * (ratio * velocity + omega * change.velocity)
-        slope = slope - 2.0 * k**2 * ratio * omega * here.mass
-        load, more = _loads(forced, k, omega)
-        factors = la.lu_factor(whole, check_finite=False)
-        moved = la.lu_solve(factors, np.column_stack((forced.motion.T, load)))
-        left = la.lu_solve(factors, rows.T, trans=1).T
-        change = -left @ (slope @ moved)
-        change[:, -1] += left @ more
-        seen = rows @ moved
-        found.append((seen[:, -1], seen[:, :-1], change[:, -1], change[:, :-1]))
-    return Condensed(*(np.array(part) for part in zip(*found, strict=True)))
-
-
-def _loads(forced: ForcedSystem, harmonic: int, omega: float) -> tuple[ComplexArray, ComplexArray]:
-    """Load of a harmonic, and its derivative by Ω."""
-    if harmonic == forced.period_multiple:
-        rise = 2.0 * harmonic**2 * forced.frequency_ratio * omega
-        return (harmonic * omega) ** 2 * forced.turning_kg_m, rise * forced.turning_kg_m
-    zero = np.zeros(forced.assembled.size, dtype=complex)
-    return (forced.steady_n + zero if harmonic == 0 else zero), zero
+    distinct = range(harmonics + 1) if forced.assembled.depends_on_frequency else range(1)
+    systems = [at_whirl_ratio(forced.assembled, k * ratio) for k in distinct]
+    here = [matrices_at_speed(system, speed_rad_s) for system in systems]
+    slopes = [speed_derivative(system, speed_rad_s) for system in systems]
+    mass, stiffness = np.array([m.mass for m in here]), np.array([m.stiffness for m in here])
+    velocity = np.array([m.damping + m.gyroscopic for m in here])
+    rate = omega * np.arange(harmonics + 1)[:, None, None]
+    held = forced.shifts(harmonics)[:, None, None] * (forced.motion.T @ forced.motion)
+    if forced.free.size:
+        pushed = mass[0] @ forced.free
+        held[0] += omega**2 * pushed @ pushed.T
+    loads = np.zeros((harmonics + 1, forced.assembled.size, 2), dtype=complex)  # and by the speed
+    loads[0, :, 0] = forced.steady_n
+    turns = forced.period_multiple
+    rise = np.array([omega**2, 2.0 * ratio * omega]) * turns**2
+    loads[turns : turns + 1] += forced.turning_kg_m[:, None] * rise
+    whole = stiffness - rate**2 * mass + held + 1j * rate * velocity
+    pulled = np.broadcast_to(forced.motion.T, (harmonics + 1, *forced.motion.T.shape))
+    right = np.concatenate((pulled, loads[..., :1]), axis=2)
+    moved: ComplexArray = np.linalg.solve(whole, right)
+    left: ComplexArray = np.linalg.solve(whole.transpose(0, 2, 1), rows.T[None])
+    left = left.transpose(0, 2, 1)
+    slope: ComplexArray = np.array([s.stiffness for s in slopes]) @ moved
+    slope = slope + 1j * rate * (np.array([s.velocity for s in slopes]) @ moved)
+    slope = slope + rate / speed_rad_s * (1j * velocity @ moved - 2.0 * rate * (mass @ moved))
+    slope[..., -1:] -= loads[..., 1:]
+    seen, change = rows @ moved, -left @ slope
+    return Condensed(seen[..., -1], seen[..., :-1], change[..., -1], change[..., :-1])

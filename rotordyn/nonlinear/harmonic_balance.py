@@ -8,7 +8,8 @@ Problems).
 
 from __future__ import annotations
 
-from functools import lru_cache
+from collections.abc import Callable
+from functools import lru_cache, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -41,21 +42,28 @@ class Fourier(NamedTuple):
 class Balance(NamedTuple):
     """What is out of balance at the joints, as motion, and its derivatives.
 
-    `residual_m`: shape (u,), u = 2j (2h + 1); `by_motion`: (u, u); `by_speed`: (u,), m s;
+    `residual_m`: shape (u,), u = 2j (2h + 1); `by_motion`: (u, u); `by_parameter`: (u,);
     `force_n`: coefficients of the joint forces beyond the shift, complex, shape (h + 1, 2j).
     """
 
     residual_m: FloatArray
     by_motion: FloatArray
-    by_speed: FloatArray
+    by_parameter: FloatArray
     force_n: ComplexArray
 
 
+#: What is out of balance in a motion (2h + 1, 2j) at a parameter.
+Equations = Callable[[FloatArray, float], Balance]
+
+#: A motion (2h + 1, 2j) and a parameter next to some in balance.
+Guess = tuple[FloatArray, float]
+
+
 class Point(NamedTuple):
-    """A motion (2h + 1, 2j) in balance at a speed, the derivatives there, and corrections made."""
+    """A motion (2h + 1, 2j) in balance at a parameter, derivatives there, and corrections made."""
 
     motion_m: FloatArray
-    speed_rad_s: float
+    parameter: float
     balance: Balance
     corrections: int
 
@@ -111,6 +119,17 @@ def with_harmonics(motion_m: FloatArray, harmonics: int) -> FloatArray:
     return found
 
 
+def gaps(one_m: FloatArray, other_m: FloatArray, turns: int = 1) -> FloatArray:
+    """Return how far two motions are apart, over the size of the first, shape (turns,).
+
+    The first begins 0, 1, ... turns of the unbalance later; they repeat after `turns`. It has as
+    many harmonics as the other or fewer.
+    """
+    one, other = as_complex(with_harmonics(one_m, len(other_m) // 2)), as_complex(other_m)
+    phase = np.exp(2j * np.pi / turns * np.outer(np.arange(turns), np.arange(len(one))))
+    return np.asarray(la.norm(phase[:, :, None] * one - other, axis=(1, 2)) / la.norm(one))
+
+
 def joint_samples(
     forced: ForcedSystem, displacement_m: FloatArray, velocity_m_per_s: FloatArray
 ) -> list[ForceSamples]:
@@ -123,10 +142,22 @@ def joint_samples(
 
 
 def balance(forced: ForcedSystem, motion_m: FloatArray, speed_rad_s: float) -> Balance:
-    """Return what is out of balance in a motion (2h + 1, 2j) at a speed."""
+    """Return what is out of balance in a motion (2h + 1, 2j); the parameter is the speed."""
     harmonics = len(motion_m) // 2
     part = condensed(forced, speed_rad_s, harmonics, forced.motion)
     return _balanced(forced, motion_m, speed_rad_s, part)
+
+
+def over_load(forced: ForcedSystem, speed_rad_s: float, harmonics: int) -> Equations:
+    """Return what is out of balance at a speed under sinh p times the loads; p is the parameter."""
+    part = condensed(forced, speed_rad_s, harmonics, forced.motion)
+
+    def at(motion_m: FloatArray, parameter: float) -> Balance:
+        loaded = part._replace(free_m=np.sinh(parameter) * part.free_m)
+        rise = -np.cosh(parameter) * as_real(part.free_m).ravel()
+        return _balanced(forced, motion_m, speed_rad_s, loaded)._replace(by_parameter=rise)
+
+    return at
 
 
 def _balanced(
@@ -158,7 +189,7 @@ def _balanced(
     return Balance(
         residual_m=(motion_m + as_real(pushed - part.free_m)).ravel(),
         by_motion=np.eye(count * width) + _real_blocks(part.receptance) @ joined,
-        by_speed=as_real(by_speed_m).ravel(),
+        by_parameter=as_real(by_speed_m).ravel(),
         force_n=beyond,
     )
 
@@ -188,25 +219,25 @@ def _real_blocks(factors: ComplexArray) -> FloatArray:
 
 
 def corrected(
-    forced: ForcedSystem,
-    guess: tuple[FloatArray, float],
+    equations: Equations,
+    guess: Guess,
     row: tuple[FloatArray, float],
     length_m: float,
 ) -> Point | None:
-    """Correct a motion and a speed until all is in balance; None if that fails.
+    """Correct a motion and a parameter until all is in balance; None if that fails.
 
-    `guess`: motion (2h + 1, 2j) and speed; `row`: of one more condition, that corrections are
-    perpendicular to it: shape (u,) per m, and per rad/s. `length_m`: size of motions. Newton's
-    method, with steps shortened where they do not bring balance nearer.
+    `guess`: motion (2h + 1, 2j) and parameter; `row`: of one more condition, that corrections are
+    perpendicular to it: shape (u,) per m, and per unit of the parameter. `length_m`: size of
+    motions. Newton's method, with steps shortened where they do not bring balance nearer.
     """
-    motion, speed = guess[0].copy(), float(guess[1])
-    found = balance(forced, motion, speed)
+    motion, parameter = guess[0].copy(), float(guess[1])
+    found = equations(motion, parameter)
     if not np.isfinite(found.residual_m).all():
         return None
     for count in range(_MOST_STEPS):
-        whole = np.block([[found.by_motion, found.by_speed[:, None]], [row[0][None], row[1]]])
-        # speeds in units in which they move as much
-        unit = length_m / (float(la.norm(found.by_speed)) + _TINY)
+        whole = np.block([[found.by_motion, found.by_parameter[:, None]], [row[0][None], row[1]]])
+        # parameters in units in which they move as much
+        unit = length_m / (float(la.norm(found.by_parameter)) + _TINY)
         whole[:, -1] *= unit
         whole[-1] /= float(la.norm(whole[-1])) + _TINY
         try:
@@ -218,8 +249,8 @@ def corrected(
         size, part = float(la.norm(found.residual_m)), 1.0
         for _ in range(_SHORTENED):
             moved = motion + part * step[:-1].reshape(motion.shape)
-            faster = speed + part * unit * step[-1]
-            tried = balance(forced, moved, faster)
+            further = parameter + part * unit * step[-1]
+            tried = equations(moved, further)
             if np.isfinite(tried.residual_m).all() and (
                 la.norm(tried.residual_m) <= max(size, _CONVERGED * length_m)
             ):
@@ -227,16 +258,21 @@ def corrected(
             part *= 0.5
         else:  # rounding may be all that is left
             is_near = size <= 1e3 * _CONVERGED * length_m
-            return Point(motion, speed, found, count) if is_near else None
-        motion, speed, found = moved, faster, tried
+            return Point(motion, parameter, found, count) if is_near else None
+        motion, parameter, found = moved, further, tried
         if part == 1.0 and la.norm(step[:-1]) <= 1e3 * _CONVERGED * length_m:
-            return Point(motion, speed, found, count + 1)
+            return Point(motion, parameter, found, count + 1)
         if la.norm(found.residual_m) <= _CONVERGED * length_m:
-            return Point(motion, speed, found, count + 1)
+            return Point(motion, parameter, found, count + 1)
     return None
+
+
+def at_parameter(equations: Equations, motion_m: FloatArray, parameter: float) -> Point | None:
+    """Return the motion in balance at a parameter near a guess (2h + 1, 2j); None if none."""
+    length = max(float(np.abs(motion_m).max()), 1e-12)
+    return corrected(equations, (motion_m, parameter), (np.zeros(motion_m.size), 1.0), length)
 
 
 def at_speed(forced: ForcedSystem, motion_m: FloatArray, speed_rad_s: float) -> Point | None:
     """Return the motion in balance at a speed near a guess (2h + 1, 2j); None if none is found."""
-    length = max(float(np.abs(motion_m).max()), 1e-12)
-    return corrected(forced, (motion_m, speed_rad_s), (np.zeros(motion_m.size), 1.0), length)
+    return at_parameter(partial(balance, forced), motion_m, speed_rad_s)

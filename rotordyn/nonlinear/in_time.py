@@ -13,7 +13,7 @@ import numpy as np
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.system import matrices_at_speed
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
+from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.nonlinear.forced_system import decaying_response
 from solidwhirl.rotordyn.nonlinear.harmonic_balance import fourier_of, joint_samples
 from solidwhirl.rotordyn.nonlinear.stability import SmallMotions
@@ -46,7 +46,7 @@ def settled(
     forced, turns = small.forced, small.forced.period_multiple
     omega = forced.period_multiple * forced.frequency_ratio * speeds_rad_s
     step, start = _step(small, speeds_rad_s, omega), _start(small, speeds_rad_s, size_m, omega)
-    turning, steady = _loads(small)
+    turning, steady = small.shapes.T @ forced.turning_kg_m, small.shapes.T @ forced.steady_n
     count, first = _STEPS * turns, _STEPS * turns * max(1, _TURNS // turns)
     recorded = np.empty((count, speeds_rad_s.size, forced.width))
     state = (*start, np.zeros_like(start[0]))
@@ -59,12 +59,6 @@ def settled(
                 recorded[k - first] = state[0] @ small.motion.T
     back = fourier_of(count, harmonics).coefficients
     return np.asarray(np.einsum("ht,tbj->bhj", back, recorded))
-
-
-def _loads(small: SmallMotions) -> tuple[ComplexArray, FloatArray]:
-    """Loads of the unbalance over its frequency squared and of the weight on the shapes, (m,)."""
-    shapes = small.shapes
-    return shapes.T @ small.forced.turning_kg_m, shapes.T @ small.forced.steady_n
 
 
 def _step(small: SmallMotions, speeds: FloatArray, omega: FloatArray) -> _Step:

@@ -41,6 +41,13 @@ _HARMONICS, _WITH_GAP = 3, 7
 _MULTIPLIERS = 4.0
 _GROUND = "ground"
 _KEYS = ("major_m", "largest_radius_m")
+# Why a branch is not known beyond an open end.
+_REASONS = {
+    "lost": "no motion is found beyond it, although there must be one",
+    "closed": "a squeeze film is thinner than a hundredth of its clearance beyond it",
+    "grows": "the motion grows beyond all bounds there; is there damping?",
+    "long": "it had too many motions to be followed further; ask for a smaller range of speeds",
+}
 _Turns = Annotated[int, Field(ge=1, le=10, strict=True)]
 
 
@@ -191,12 +198,12 @@ class NonlinearResponseSpec(base.Analysis):
             "truncation_error_estimate": found.truncation,
             "notes": _notes(self, found, engine.system),
         }
-        sought = _sought_text(found)
+        isolated = _isolated_text(found)
         said = ", ".join(f"{j['direction']} at {j['speed_rpm']:.0f} rpm" for j in document["jumps"])
         return Outcome(
             kind=self.kind,
             document=document,
-            headline=f"jumps: {said or 'none'}; {sought}{found.harmonics} harmonics",
+            headline=f"jumps: {said or 'none'}; {isolated}{found.harmonics} harmonics",
         )
 
     def pictures(self, found: base.Found) -> Mapping[str, base.Charts]:
@@ -276,7 +283,11 @@ def _branch_document(branch: NonlinearBranch, places: Sequence[str]) -> dict[str
         "stable": branch.is_stable.tolist(),
         "turning": branch.is_turning.tolist(),
         "largest_multiplier": np.abs(branch.multiplier).tolist(),
-        "followed_to_its_end": branch.is_whole,
+        "followed_to_its_end": not branch.open_ends,
+        "open_ends": [
+            {"speed_rpm": float(branch.speeds_rad_s[at]) * RPM_PER_RAD_S, "reason": _REASONS[why]}
+            for at, why in branch.open_ends
+        ],
         "period_multiple": branch.period_multiple,
         "closed": branch.is_closed,
         "places": {
@@ -289,13 +300,14 @@ def _branch_document(branch: NonlinearBranch, places: Sequence[str]) -> dict[str
     }
 
 
-def _sought_text(found: NonlinearResponse) -> str:
-    """Return what was found besides the branches from the ends of the speeds."""
+def _isolated_text(found: NonlinearResponse) -> str:
+    """Return which branches meet no end of the speeds, or repeat after several turns."""
     said = [
         f"from {b.speeds_rad_s.min() * RPM_PER_RAD_S:.0f} to "
         f"{b.speeds_rad_s.max() * RPM_PER_RAD_S:.0f} rpm "
         + (f"repeating after {b.period_multiple} turns" if b.period_multiple > 1 else "isolated")
-        for b in found.sought
+        for b in found.branches
+        if b.is_closed or b.period_multiple > 1
     ]
     return f"also {', '.join(said)}; " if said else ""
 
@@ -309,8 +321,17 @@ def _notes(
             f"More than {found.harmonics} harmonics would still change the result by "
             f"{found.truncation:.2g}, above tolerance = {spec.tolerance:g}."
         )
-    if not all(branch.is_whole for branch in found.branches):
-        notes.append("A branch could not be followed to an end of the range of speeds.")
+    notes += [
+        f"Branch {number} has an open end at {branch.speeds_rad_s[at] * RPM_PER_RAD_S:.6g} rpm "
+        f"({branch.largest_radius_m[at, 0]:.4g} m at {spec.observe[0]}): {_REASONS[why]}."
+        for number, branch in enumerate(found.branches, start=1)
+        for at, why in branch.open_ends
+    ]
+    notes += [
+        f"Where the loads are raised from none at {speed * RPM_PER_RAD_S:.6g} rpm, no motion is "
+        f"found beyond {share:.3g} times the loads: a branch may be missing."
+        for speed, share in found.stopped
+    ]
     ratio = abs(system.system.rotors[end_of(spec.unbalances[0].at).body].speed_ratio)
     highest = found.harmonics * ratio * spec.to_rpm / 60.0
     for name, rotor in system.system.rotors.items():

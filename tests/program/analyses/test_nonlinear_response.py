@@ -9,7 +9,7 @@ from symmetric_rotor import DAMPING, MOMENT, STIFFNESS, rotor, run
 
 from solidwhirl.core.errors import SceneError
 from solidwhirl.datasets.results import datasets
-from solidwhirl.rotordyn.nonlinear import sought
+from solidwhirl.rotordyn.nonlinear import starts
 from solidwhirl.rotordyn.plots.chart import Curve
 from solidwhirl.scene_reading.reader import parse_scene
 
@@ -34,6 +34,7 @@ def test_branch_jumps_and_stability(results):
     found = results.analyses["nonlinear_response"].document
     assert found["harmonics"] == 1 and found["truncation_error_estimate"] < 1e-9
     (branch,) = found["branches"]
+    assert branch["followed_to_its_end"] and not branch["open_ends"] and not found["notes"]
     omega = np.array(branch["speed_rpm"]) * RPM
     r = np.array(branch["places"]["rotor.m"]["largest_radius_m"])
     held = 2 * STIFFNESS - MASS * omega**2 + 200j * omega + CUBIC["radial_n_per_m3"] * r**2
@@ -77,8 +78,8 @@ def test_rotor_in_a_squeeze_film_alone():
 
 def test_subharmonics_are_sought_and_told(monkeypatch):
     """One third of the unbalance's frequency in y, along which the spring stiffens; few starts."""
-    monkeypatch.setattr(sought, "_EACH", 1)
-    monkeypatch.setattr(sought, "_SPEEDS", 4)
+    monkeypatch.setattr(starts, "_EACH", 1)
+    monkeypatch.setattr(starts, "_SPEEDS", 4)
     spring = {"first": "rotor.m", "kind": "cubic", "along_n_per_m3": [0.0, 1e15]}
     asked = {**ASKED, "nonlinear": [spring], "from_rpm": 17500.0, "to_rpm": 20000.0}
     found = run(rotor(40.0, rpm=(0.0, 2.2e4)), {**asked, "period_multiples": [3]})

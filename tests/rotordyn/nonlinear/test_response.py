@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 import pytest
@@ -13,8 +13,8 @@ from scipy.optimize import brentq, minimize_scalar
 from scipy.special import ellipk
 
 from solidwhirl.rotordyn import AnalysisError, End
-from solidwhirl.rotordyn.nonlinear import sought as sought_motions
-from solidwhirl.rotordyn.nonlinear.continuation import branches, first_point
+from solidwhirl.rotordyn.nonlinear import starts
+from solidwhirl.rotordyn.nonlinear.continuation import Course, through
 from solidwhirl.rotordyn.nonlinear.forced_system import NonlinearJoint, forced_system
 from solidwhirl.rotordyn.nonlinear.forces import Clearance, CubicSpring, SqueezeFilm
 from solidwhirl.rotordyn.nonlinear.harmonic_balance import (
@@ -50,6 +50,12 @@ def forced(force, speed=1000.0, gravity=(0.0, 0.0, 0.0), moment=MASS * OFFSET, s
     return forced_system(system or jeffcott(), joints, unbalance(moment), speed, gravity)
 
 
+def first_point(problem, omega, harmonics):
+    """The first motion under the whole loads, as these are raised from none."""
+    motion, _ = starts.raised(problem, omega)[0][0]
+    return at_speed(problem, with_harmonics(motion, harmonics), omega)
+
+
 @cache
 def response(force, moment=MASS * OFFSET, top=1800.0):
     joints = [NonlinearJoint(first=HUB, force=force)]
@@ -75,6 +81,10 @@ def film_dynamic_stiffness(r, omega):
     return 1e6 + 2 * e * omega * b0 / (1 - e**2) ** 2 + 1j * omega * damping
 
 
+def thin_film_dynamic_stiffness(r, omega):
+    return (film_dynamic_stiffness(r, omega) - 1e6) / 20.0
+
+
 @pytest.mark.parametrize(
     ("force", "seen", "moment", "top", "turning"),
     [
@@ -87,7 +97,7 @@ def test_circular_orbits(force, seen, moment, top, turning):
     found = response(force, moment, top)
     assert found.harmonics == 1 and found.truncation < 1e-9
     (branch,) = found.branches
-    assert branch.is_whole and branch.is_turning.sum() == turning
+    assert not branch.open_ends and branch.is_turning.sum() == turning
     omega, r = branch.speeds_rad_s, branch.largest_radius_m[:, 0]
     np.testing.assert_allclose(branch.major_m()[:, 0], r, rtol=1e-5)
     whole = STIFFNESS - MASS * omega**2 + 1j * DAMPING * omega + seen(r, omega)
@@ -148,6 +158,115 @@ def test_stability_of_a_rubbing_orbit():
     assert [c.kind for c in changes] == ["quasi-periodic"] and changes[0].speed_rad_s < omega
 
 
+@pytest.mark.parametrize(
+    ("force", "seen", "moment", "speeds", "counts"),
+    [
+        # a fold beyond the upper end; the lower end amid the bistable part; in contact; in a film
+        (CubicSpring(radial_n_per_m3=1e17), cubic_dynamic_stiffness, MASS * OFFSET,
+         (1000.0, 1300.0), {1000.0: 1, 1300.0: 3}),
+        (CubicSpring(radial_n_per_m3=1e17), cubic_dynamic_stiffness, MASS * OFFSET,
+         (1200.0, 1300.0), {1200.0: 3, 1300.0: 3}),
+        (Clearance(friction=0.05, **GAP), gap_dynamic_stiffness, MASS * OFFSET,
+         (1000.0, 1150.0), {1000.0: 1, 1150.0: 3}),
+        (SqueezeFilm(**{**FILM, "viscosity_pa_s": 5e-4}), thin_film_dynamic_stiffness, MASS * 4e-5,
+         (2000.0, 2500.0), {2000.0: 3, 2500.0: 3}),
+        # two joints at one place: loads are raised
+        ([CubicSpring(radial_n_per_m3=1e17), Clearance(friction=0.05, **GAP)],
+         lambda r, omega: cubic_dynamic_stiffness(r, omega) + gap_dynamic_stiffness(r, omega),
+         MASS * OFFSET, (1200.0, 1300.0), {1200.0: 3, 1300.0: 3}),
+    ],
+)  # fmt: skip
+def test_every_orbit_at_the_ends_of_the_range(monkeypatch, force, seen, moment, speeds, counts):
+    """Radii are the roots of |D + k(r)| r = U ω², found by signs on a fine grid."""
+    monkeypatch.setattr(starts, "_GRID", 7)
+    monkeypatch.setattr(starts, "_BETWEEN", 1)
+    joints = [NonlinearJoint(first=HUB, force=each) for each in np.atleast_1d(force)]
+    found = nonlinear_response(jeffcott(), joints, unbalance(moment), speeds, [HUB])
+    assert not any(b.open_ends for b in found.branches)
+
+    def beyond(r, omega):
+        whole = STIFFNESS - MASS * omega**2 + 1j * DAMPING * omega + seen(r, omega)
+        return np.abs(whole) * r - moment * omega**2
+
+    for omega, count in counts.items():
+        r = np.concatenate((np.geomspace(1e-8, 9e-5, 4000), 1e-4 - np.geomspace(1e-5, 1e-8, 999)))
+        values = beyond(r, omega)
+        signs = np.flatnonzero(values[1:] * values[:-1] < 0.0)
+        wanted = [brentq(beyond, r[k], r[k + 1], args=(omega,), xtol=1e-16) for k in signs]
+        ends = [
+            b.largest_radius_m[k, 0]
+            for b in found.branches for k in (0, -1)
+            if b.speeds_rad_s[k] == pytest.approx(omega, rel=1e-12)
+        ]  # fmt: skip
+        assert len(wanted) == count
+        # samples of a circle lie within rounding of Newton's method, 1e-9
+        assert sorted(ends) == pytest.approx(wanted, rel=1e-7)
+
+
+def test_a_range_within_the_bistable_part_of_a_spring_along_x(monkeypatch):
+    """No circles: of three motions at each end, those that are stable repeat in time."""
+    monkeypatch.setattr(starts, "_BETWEEN", 1)
+    force, gravity = CubicSpring(along_n_per_m3=(1e17, 0.0)), np.zeros(2)
+    joints = [NonlinearJoint(first=HUB, force=force)]
+    found = nonlinear_response(
+        jeffcott(), joints, unbalance(), (1200.0, 1300.0), [HUB], tolerance=1e-5
+    )
+    ends = [
+        (b.speeds_rad_s[k], b.translation_m[k, :, 0], b.is_stable[k])
+        for b in found.branches for k in (0, -1)
+    ]  # fmt: skip
+    for end in (1200.0, 1300.0):
+        here = [(m, stable) for speed, m, stable in ends if abs(speed - end) < 1e-9 * end]
+        assert sorted(stable for _, stable in here) == [False, True, True]
+        for motion, _ in here:
+            rate = (1j * end * np.arange(len(motion))[:, None] * motion).sum(axis=0).real
+            start = np.concatenate((motion.sum(axis=0).real, rate))
+            size = np.abs(motion).max() * np.array([1.0, 1.0, end, end])
+            moved = flow(force, end, gravity, start) - start
+            assert np.abs(moved / size).max() < 1e-4  # 1e-5, and what a turn makes of it
+
+
+def test_an_open_end_is_told():
+    """Without damping the motion at a resonance has no bound."""
+    problem = forced(CubicSpring(), system=jeffcott(damping=0.0))
+    course = Course(
+        equations=partial(balance, problem), low=900.0, high=1100.0, unit=200.0, longest=0.1,
+        size_m=1e-12, bound_m=1e-4,
+    )  # fmt: skip
+    branch = through(course, first_point(problem, 900.0, 1))
+    assert branch.open_ends == ((-1, "grows"),)
+    # m e ω² = |k − m ω²| r
+    omega, r = branch.points[-1].point.parameter, np.hypot(*branch.points[-1].point.motion_m[1])
+    assert r > 1e-4 and omega == pytest.approx(np.sqrt(STIFFNESS / MASS / (1 + OFFSET / r)))
+
+
+def test_where_loads_can_not_be_raised_is_told(monkeypatch):
+    """Next to rest the part of the loads is that of the linear motion."""
+    monkeypatch.setattr(starts, "_POINTS", 9)
+    problem = forced(CubicSpring(along_n_per_m3=(1e17, 0.0)))
+    found, share = starts.raised(problem, 700.0)
+    assert not found and 0.0 < share < 1.0
+    monkeypatch.setattr(starts, "_POINTS", 300)
+    found, share = starts.raised(problem, 700.0)
+    assert len(found) == 1 and share is None
+
+
+def test_a_branch_ends_where_a_film_closes():
+    """At the radius 0.99 c, beyond which films are not computed, the circle takes the load."""
+    force, moment = SqueezeFilm(**{**FILM, "viscosity_pa_s": 5e-8}), MASS * 2e-5
+    problem = forced(force, 800.0, moment=moment)
+    course = Course(
+        equations=partial(balance, problem), low=500.0, high=1100.0, unit=600.0, longest=0.05
+    )
+    branch = through(course, first_point(problem, 500.0, 1))
+    assert branch.open_ends == ((-1, "closed"),)
+    omega, r = branch.points[-1].point.parameter, np.hypot(*branch.points[-1].point.motion_m[1])
+    assert r == pytest.approx(0.99 * FILM["clearance_m"], rel=1e-5)
+    whole = STIFFNESS - MASS * omega**2 + 1j * DAMPING * omega
+    whole += (film_dynamic_stiffness(r, omega) - 1e6) / 2e5
+    assert abs(whole) * r == pytest.approx(moment * omega**2, rel=1e-7)
+
+
 # -- convergence in the number of harmonics ------------------------------------------------------
 
 
@@ -165,9 +284,9 @@ def test_free_oscillation_of_a_cubic_spring(alpha):
             motion, row = np.zeros((2, 2 * harmonics + 1, 2))
             motion[1, 0] = sign
             row[1::2, 0] = 1.0
-            found = corrected(problem, (motion, exact), (row.ravel(), 0.0), 1.0)
+            found = corrected(partial(balance, problem), (motion, exact), (row.ravel(), 0.0), 1.0)
             assert found.motion_m[1::2, 0].sum() == pytest.approx(sign)
-            speeds.append(found.speed_rad_s)
+            speeds.append(found.parameter)
         errors.append(np.mean(speeds) / exact - 1.0)
     backbone = np.sqrt(1 + 0.75 * alpha) / exact - 1.0
     assert errors[0] == pytest.approx(backbone, rel=1e-6)
@@ -253,16 +372,19 @@ def sought(force, system, moment, speeds, turns, **options):
     )
 
 
-def test_subharmonic_of_order_three():
+def test_subharmonic_of_order_three(monkeypatch):
     """Where it exists: balance of ω/3 with the linear motion at ω, in x of a Duffing oscillator.
 
     Nayfeh and Mook (1995), Nonlinear Oscillations, section 4.1.4, without expansion about 3 ω0.
     """
+    monkeypatch.setattr(starts, "_EACH", 1)
     damping, offset, alpha = 200.0, 1.5e-6, 1e17 / MASS
     force, system = CubicSpring(along_n_per_m3=(1e17, 0.0)), jeffcott(damping=damping)
     found = sought(force, system, MASS * offset, (2500.0, 3600.0), (3,))
-    main, branch = found.branches
-    assert (main.period_multiple, branch.period_multiple) == (1, 3) and branch.is_whole
+    # in x the spring has three motions of one turn, and this one of three
+    assert [b.period_multiple for b in found.branches] == [1, 1, 1, 3]
+    branch = found.branches[-1]
+    assert not branch.open_ends
     omega0 = STIFFNESS / MASS
 
     def parts(omega):
@@ -291,10 +413,10 @@ def test_subharmonic_of_order_three():
 def test_an_isolated_branch_closes():
     """A gap just too wide for the main resonance: circles in contact are a closed form."""
     gap = {"gap_m": 8.8e-6, "stiffness_n_per_m": 1e8}
-    found = sought(Clearance(**gap), jeffcott(), MASS * OFFSET, (600.0, 4000.0), (1,))
+    found = sought(Clearance(**gap), jeffcott(), MASS * OFFSET, (600.0, 4000.0), ())
     main, branch = found.branches
     assert not main.is_closed and main.largest_radius_m.max() < gap["gap_m"]
-    assert branch.is_closed and branch.is_whole and branch.is_turning.sum() == 2
+    assert branch.is_closed and not branch.open_ends and branch.is_turning.sum() == 2
     omega, r = branch.speeds_rad_s, branch.largest_radius_m[:, 0]
     contact = gap["stiffness_n_per_m"] * (1.0 - gap["gap_m"] / r)
     whole = STIFFNESS - MASS * omega**2 + 1j * DAMPING * omega + contact
@@ -306,7 +428,7 @@ def test_an_isolated_branch_closes():
 
 def test_a_rub_that_repeats_after_two_turns(monkeypatch):
     """From one start of each size and speed: the others only find it again."""
-    monkeypatch.setattr(sought_motions, "_EACH", 1)
+    monkeypatch.setattr(starts, "_EACH", 1)
     force = Clearance(center_m=(0.0, 3e-6), gap_m=3e-6, stiffness_n_per_m=2e7)
     system = jeffcott(damping=200.0)
     found = sought(force, system, MASS * OFFSET, (1950.0, 2150.0), (2,), tolerance=3e-3)
@@ -359,7 +481,9 @@ def test_derivatives_and_linear_limit(shaft):
     found = balance(problem, motion, 250.0)
     near = [balance(problem, motion, 250.0 + d).residual_m for d in (0.01, -0.01)]
     slope = (near[0] - near[1]) / 0.02
-    np.testing.assert_allclose(found.by_speed, slope, rtol=1e-5, atol=1e-5 * np.abs(slope).max())
+    np.testing.assert_allclose(
+        found.by_parameter, slope, rtol=1e-5, atol=1e-5 * np.abs(slope).max()
+    )
     for k in range(motion.size):
         step = 1e-9 * np.eye(motion.size)[k].reshape(motion.shape)
         near = [balance(problem, motion + d, 250.0).residual_m for d in (step, -step)]
@@ -368,16 +492,21 @@ def test_derivatives_and_linear_limit(shaft):
 
 def test_few_shapes_have_the_multipliers_of_all(shaft):
     problem = forced(CubicSpring(along_n_per_m3=(1e14, 0.0)), 250.0, moment=1e-5, system=shaft)
-    (branch,) = branches(problem, 150.0, 500.0, 3)
+    course = Course(
+        equations=partial(balance, problem), low=150.0, high=500.0, unit=350.0, longest=0.025,
+        size_m=1e-12, bound_m=1.0,
+    )  # fmt: skip
+    branch = through(course, first_point(problem, 150.0, 3))
     few = small_motions(problem, 500.0)
     assert few.system.size < 0.5 * shaft.size
     whole = SmallMotions(
         system=shaft, motion=problem.motion, forced=problem, shapes=np.eye(shaft.size)
     )
-    turning = [k for k, p in enumerate(branch.points) if p.is_turning]
-    assert len(turning) == 2
-    at = branch.points[sum(turning) // 2].point
-    found, wanted = (multipliers(s, at.motion_m, at.speed_rad_s)[0] for s in (few, whole))
+    first, last = (k for k, p in enumerate(branch.points) if p.is_turning)
+    between = [p.point for p in branch.points[first + 1 : last]]
+    turned = [branch.points[k].point.parameter for k in (first, last)]
+    at = min(between, key=lambda point: abs(point.parameter - np.mean(turned)))
+    found, wanted = (multipliers(s, at.motion_m, at.parameter)[0] for s in (few, whole))
     assert found.real > 1.01 and abs(found - wanted) < 1e-5
 
 
