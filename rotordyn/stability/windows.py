@@ -25,8 +25,8 @@ _SPEEDS = 9
 _SAME = 1e-9
 # Accuracy (relative) to which a change is bracketed that no path shows.
 _ENDS = 1e-12
-# Newton's last step is less than this part of the distance to the end of the range.
-_STEPS_END = 1e-6
+# Distance (relative to the range) at which a crossing shows on both sides.
+_BESIDE = 1e-6
 # Halvings towards where growth ends that is hidden by rounding.
 _HALVINGS = 60
 # Steps from a root to the one that it becomes at another speed.
@@ -110,13 +110,14 @@ def _of_block(operator: SecondOrder, low: float, high: float) -> list[Window]:
         found = neutral(operator, speed, value)
         if found is None or not low <= found.speed <= high:
             return None
-        # where nothing is damped the real part is zero everywhere; beside a meeting of roots, which
-        # grow like the root of the distance, Newton's steps do not get smaller
-        inside = min(found.speed - low, high - found.speed)
-        if abs(found.rate) * (high - low) <= NEUTRAL * abs(found.value):
-            return None
-        if abs(found.value.real) > _STEPS_END * abs(found.rate) * inside:
-            return None
+        # undamped roots have no real part at all, and what grows like the root of a distance none
+        # that changes its sign: on both sides the real part is that of the slope
+        width = _BESIDE * (high - low)
+        for place in (found.speed - width, found.speed + width):
+            expected = found.rate * (place - found.speed)
+            beside = near(place, found.value).real if low <= place <= high else expected
+            if not abs(beside - expected) < 0.5 * abs(expected):
+                return None
         return Change(found.speed, found.value, is_birth=False)
 
     events = paths.crossings(lambda _, values: _excess(values), lambda _, slopes: slopes.real)
