@@ -14,7 +14,7 @@ import numpy as np
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray, Matrix
-from solidwhirl.rotordyn.core.dense import eigensolver_rounding, real_dual
+from solidwhirl.rotordyn.core.dense import real_dual
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.ledger import solved
 from solidwhirl.rotordyn.core.second_order import SecondOrder, Triple, times
@@ -106,7 +106,7 @@ def spectrum(
     is_conservative = found is not None
     if found is None:
         found = _general(triple, operator.states, top or _SLOW * lowest_frequency(triple))
-    values, right, left, twins, rounding = found
+    values, right, left, twins = found
     # Rayleigh's quotient of both vectors: quadratic, in the terms of the matrices as given
     free, moved = values == 0, triple.times(right)
     for _ in range(2):
@@ -114,7 +114,7 @@ def spectrum(
         alive = np.abs(slope) > 0
         slope = np.where(alive, slope, 1.0)
         step = np.einsum("ij,ij->j", left.conj(), moved.value(values)) / slope
-        sound = ~free & (np.abs(step) < np.maximum(STEP * np.abs(values), rounding))
+        sound = ~free & (np.abs(step) < STEP * np.abs(values))
         values = values - np.where(sound, step, 0.0)
     if is_conservative:
         values = 1j * values.imag
@@ -123,14 +123,16 @@ def spectrum(
     left = left / slope.conj()
     sizes = _terms(triple, values, right)
     residuals = _backward_errors(triple, values, moved.value(values), sizes)
-    # rounding of the terms, and the square of the error that the eigenproblem leaves in vectors
+    # rounding of the terms, and the square of what is left of P x in the vectors
     every = np.concatenate((values, values[twins].conj()))
     apart = np.abs(values[:, None] - every)
     np.fill_diagonal(apart, np.inf)
-    second = rounding**2 / np.maximum(apart.min(axis=1, initial=np.inf), rounding)
-    left_over = ROUNDINGS * EPS * np.einsum("ij,ij->j", np.abs(left), sizes) + second
-    uncertainty = np.where(free | sound, left_over, np.maximum(rounding, np.abs(step)))
-    uncertainty = np.where(alive, np.minimum(uncertainty, np.maximum(rounding, left_over)), np.inf)
+    size = np.einsum("ij,ij->j", np.abs(left), sizes)
+    miss = np.maximum(residuals, EPS) * size
+    second = miss**2 / np.maximum(apart.min(axis=1, initial=np.inf), miss)
+    left_over = ROUNDINGS * EPS * size + second
+    uncertainty = np.where(free | sound, left_over, np.maximum(left_over, np.abs(step)))
+    uncertainty = np.where(alive, uncertainty, np.inf)
     # what strains by the rounding of K alone is free
     stiff = np.sqrt(np.abs(np.diag(triple.stiffness)))
     strained = len(stiff) * EPS * (stiff @ np.abs(left)) * (stiff @ np.abs(right))
@@ -192,16 +194,12 @@ def lowest_frequency(triple: Triple) -> float:
 
 
 class Roots(NamedTuple):
-    """Roots (m,) and vectors (n, m); `twins`: those whose conjugates are roots as well.
-
-    `rounding`: of the eigenproblem that they come from, 1/s, (m,).
-    """
+    """Roots (m,) and vectors (n, m); `twins`: those whose conjugates are roots as well."""
 
     values: ComplexArray
     right: ComplexArray
     left: ComplexArray
     twins: IntArray
-    rounding: FloatArray
 
 
 def _conservative(triple: Triple) -> Roots | None:
@@ -242,8 +240,7 @@ def _conservative(triple: Triple) -> Roots | None:
     place[loose] = states[:n][loose] / np.where(still, 1.0, values)
     right = la.solve_triangular(factor, modes @ place)
     right = right / np.abs(right).max(axis=0)
-    rounding = np.full(values.size, EPS * len(whole) * np.abs(values).max(initial=0.0))
-    return Roots(1j * values, right, right, np.empty(0, dtype=int), rounding)
+    return Roots(1j * values, right, right, np.empty(0, dtype=int))
 
 
 def _within(factor: Matrix, matrix: Matrix) -> Matrix:
@@ -292,12 +289,10 @@ def _general(triple: Triple, states: int, top: float) -> Roots:
     right = columns[:, None] * vectors[:n, kept]
     left = -rows[:, None] * la.lu_solve(factors, both.conj().T, trans=2)
     values = np.asarray(shift * (1.0 + 1.0 / inverse[kept]), dtype=complex)
-    found = eigensolver_rounding(float(la.norm(companion)), duals[kept], vectors[:, kept])
-    rounding = found * np.abs(values - shift) ** 2 / shift
     slowest = np.argsort(np.abs(values), kind="stable")
     before = np.concatenate(([0], np.cumsum(1 + twins[kept][slowest])[:-1]))
     values[slowest[before < _zero_count(triple, top)]] = 0.0
-    return Roots(values, right.astype(complex), left, np.flatnonzero(twins[kept]), rounding)
+    return Roots(values, right.astype(complex), left, np.flatnonzero(twins[kept]))
 
 
 def _duals(vectors: Matrix) -> Matrix:
