@@ -215,7 +215,7 @@ class EigenvaluePaths:
         if self._growth:
             off = end.values - begun.values - 0.5 * width * (begun.slopes + end.slopes)
             growth = np.maximum(np.abs(begun.values.real), np.abs(end.values.real))
-            sure &= np.abs(off.real) < GROWTH * growth + EVENT * self._scale
+            sure &= np.abs(off.real) < GROWTH * growth + EVENT * size[:, 0]
         return begun, end, np.flatnonzero(self._wanted(begun, end) & ~sure)
 
     def _hidden_veering(self, first: Node, second: Node) -> float | None:
