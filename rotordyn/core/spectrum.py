@@ -129,7 +129,8 @@ def spectrum(
     np.fill_diagonal(apart, np.inf)
     size = np.einsum("ij,ij->j", np.abs(left), sizes)
     miss = np.maximum(residuals, EPS) * size
-    second = miss**2 / np.maximum(apart.min(axis=1, initial=np.inf), miss)
+    nearest = np.maximum(apart.min(axis=1, initial=np.inf), miss)
+    second = miss**2 / (nearest + np.finfo(float).tiny)
     left_over = ROUNDINGS * EPS * size + second
     uncertainty = np.where(free | sound, left_over, np.maximum(left_over, np.abs(step)))
     uncertainty = np.where(alive, uncertainty, np.inf)
@@ -156,6 +157,14 @@ def residuals_of(triple: Triple, values: ComplexArray, right: ComplexArray) -> F
     """
     miss = triple.times(right).value(values)
     return _backward_errors(triple, values, miss, _terms(triple, values, right))
+
+
+def rounding_of(
+    triple: Triple, values: ComplexArray, right: ComplexArray, left: ComplexArray
+) -> FloatArray:
+    """Return what the rounding of the terms of P leaves unknown of roots, 1/s, (m,)."""
+    terms = _terms(triple, values, right)
+    return np.asarray(ROUNDINGS * EPS * np.einsum("ij,ij->j", np.abs(left), terms))
 
 
 def _backward_errors(
@@ -240,6 +249,9 @@ def _conservative(triple: Triple) -> Roots | None:
     place[loose] = states[:n][loose] / np.where(still, 1.0, values)
     right = la.solve_triangular(factor, modes @ place)
     right = right / np.abs(right).max(axis=0)
+    # as many roots as others have: the second zeros of free motions have no vectors of their own
+    right = np.pad(right, ((0, 0), (0, 2 * n - values.size)))
+    values = np.pad(values, (0, 2 * n - values.size))
     return Roots(1j * values, right, right, np.empty(0, dtype=int))
 
 

@@ -12,7 +12,7 @@ from solidwhirl.rotordyn.core.arrays import ComplexArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.ledger import solved
 from solidwhirl.rotordyn.core.second_order import SecondOrder, Triple
-from solidwhirl.rotordyn.core.spectrum import residuals_of
+from solidwhirl.rotordyn.core.spectrum import residuals_of, rounding_of
 from solidwhirl.rotordyn.core.tolerances import AT_REST, EVENT
 
 # Steps of Newton's method for an event, and of inverse iteration for a root.
@@ -119,7 +119,8 @@ def located(
         speed, value = speed + step, value + slope * step
         if abs(step) <= AT_REST * abs(speed):
             break
-    if abs(miss) > EVENT * abs(value):
+    rounding = rounding_of(triple, np.array([value]), right[:, None], left[:, None])[0]
+    if abs(miss) > max(EVENT * abs(value), float(rounding)):
         return None
     triple = operator.at(speed, ratio * abs(speed) if ratio else frequency)
     residual = residuals_of(triple, np.array([value]), right[:, None])[0]
