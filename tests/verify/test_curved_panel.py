@@ -70,6 +70,7 @@ def shell_frequencies(spec, terms):
     return np.sqrt(np.abs(np.linalg.eigvalsh(reduced))[:10]) / (2.0 * np.pi)
 
 
+@pytest.mark.verify
 def test_solid_panel_against_a_thin_shell():
     """1 %: thickness over radius is 1/200; the mesh of the solid has its own estimate."""
     spec = (0.3048, 0.6096, 0.5, 0.003048, 2.0684e11, 0.3, 7747.73)

@@ -372,6 +372,7 @@ def sought(force, system, moment, speeds, turns, **options):
     )
 
 
+@pytest.mark.verify
 def test_subharmonic_of_order_three(monkeypatch):
     """Where it exists: balance of ω/3 with the linear motion at ω, in x of a Duffing oscillator.
 
@@ -426,6 +427,7 @@ def test_an_isolated_branch_closes():
     assert all(jump.after_m[0] < gap["gap_m"] for jump in found.jumps)
 
 
+@pytest.mark.verify
 def test_a_rub_that_repeats_after_two_turns(monkeypatch):
     """From one start of each size and speed: the others only find it again."""
     monkeypatch.setattr(starts, "_EACH", 1)
@@ -490,6 +492,7 @@ def test_derivatives_and_linear_limit(shaft):
         np.testing.assert_allclose(found.by_motion[:, k], (near[0] - near[1]) / 2e-9, atol=1e-4)
 
 
+@pytest.mark.verify
 def test_few_shapes_have_the_multipliers_of_all(shaft):
     problem = forced(CubicSpring(along_n_per_m3=(1e14, 0.0)), 250.0, moment=1e-5, system=shaft)
     course = Course(
