@@ -163,6 +163,8 @@ class EigenvaluePaths:
                 place = 0.5 * (first.at + second.at)
             elif self._growth:
                 place = self._hidden_veering(first, end)
+                if place is None and not self._grows_as_told(first, end):
+                    place = 0.5 * (first.at + second.at)
             if place is not None and min(abs(place - here), abs(second.at - place)) > 0.5 * least:
                 waiting.append(place)
                 continue
@@ -246,6 +248,24 @@ class EigenvaluePaths:
             if VEERING * min(growth[i], growth[j]) < coupling < 0.5 * run and 0.02 < part < 0.98:
                 return float(first.at + part * (second.at - first.at))
         return None
+
+    def _grows_as_told(self, first: Node, second: Node) -> bool:
+        """Whether cubics have Re s in the middle: a bump that both ends see alike shows there.
+
+        Of the paths that are wanted, and of what is near the axis in the middle alone.
+        """
+        every = range(first.values.size)
+        told = np.array([_on_cubic(first, second, j, 0.5) for j in every], dtype=complex)
+        values = self._spectrum(0.5 * (first.at + second.at)).values
+        asked = told[self._wanted(first, second)]
+        seen = values[(values.real > -NEAR_AXIS * np.abs(values)) & (values != 0)]
+        for own, others in ((asked, values), (seen, told)):
+            nearest = others[np.abs(others[:, None] - own).argmin(axis=0)]
+            size = np.maximum(np.abs(own), 1e-3 * self._scale)
+            off = np.abs((nearest - own).real)
+            if not (off < GROWTH * np.abs(own.real) + EVENT * size).all():
+                return False
+        return True
 
     def crossings(
         self,
