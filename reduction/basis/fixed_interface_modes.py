@@ -241,13 +241,11 @@ def modes_with_own_solver(
             negative = negative_count(operators, stiffness, problem.rows, free)
             did.insert(0, ("count of negative stiffness", ": 1 factorisation"))
     waves = bool(negative) and operators.harmonic != 0 and not operators.rotating
-    try:
-        if not waves:
-            refuse_instability(operators, negative, speed, free)
-            found = found if spinning is None else interior_modes(problem, spinning)
-    finally:
-        for each in {id(m): m for m in made}.values():
-            each.destroy()
+    if not waves:
+        refuse_instability(operators, negative, speed, free)
+        found = found if spinning is None else interior_modes(problem, spinning)
+    for each in {id(m): m for m in made}.values():
+        each.destroy()
     if waves:
         # one that stands still in space has no stiffness there, and Coriolis forces hold it
         turning = replace(problem, operators=replace(operators, rotating=True))

@@ -53,9 +53,9 @@ with warnings.catch_warnings(), _hidden("llvmlite"):
 
 guard_compiler(ffcx.codegeneration.jit)
 
-# MPI has malloc keep what is freed, for networks that remember addresses. A factorisation is given
-# the free memory as address space; kept after each, it grew to hundreds of gigabytes, of which the
-# system grants no copy to a fork. Large blocks (32 MiB) are mapped, and end when they are freed.
+# MPI has malloc keep what is freed, for networks that remember addresses. A factor takes its memory
+# as address space at once, which would stay with the process when it ends; beyond the memory of the
+# machine the system grants no fork. Large blocks (32 MiB) are mapped, and end when they are freed.
 _M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD, _M_MMAP_MAX = -1, -3, -4
 if sys.platform == "linux":
     with suppress(AttributeError):  # another C library than glibc

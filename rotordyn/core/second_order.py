@@ -1,7 +1,7 @@
 """One operator for all linear problems: P(s) = s² M + s V(Ω, ω) + K(Ω, ω), with ω = |Im s|.
 
-Matrices come by powers of the speed Ω and harmonics of the angle; laws act on few rows each and
-are read at a speed and at a frequency ω. Controllers are states, coordinates without mass.
+Matrices come by powers of the speed Ω; laws act on few rows each and are read at a speed and at a
+frequency ω. Controllers are states, coordinates without mass.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ import scipy.linalg as la
 from solidwhirl.rotordyn.core.arrays import (
     ComplexArray,
     FloatArray,
-    IntArray,
     Matrix,
     real_times,
 )
@@ -45,11 +44,6 @@ class Triple(NamedTuple):
         """Return M x, V x and K x of columns x (n, m)."""
         return Triple(*(times(matrix, vectors) for matrix in self))
 
-    def part(self, at: IntArray) -> Triple:
-        """Return the matrices of some coordinates."""
-        block = np.ix_(at, at)
-        return Triple(*(matrix[block] for matrix in self))
-
 
 def times(matrix: Matrix, vectors: Matrix) -> Matrix:
     """Return the product of a matrix (n, n) with columns (n, m)."""
@@ -61,12 +55,11 @@ def times(matrix: Matrix, vectors: Matrix) -> Matrix:
 
 
 class Term(NamedTuple):
-    """A matrix times Ω^power e^{i harmonic Ωt} in M, V or K: place 0, 1 or 2 of a `Triple`."""
+    """A matrix times Ω^power in M, V or K: place 0, 1 or 2 of a `Triple`."""
 
     place: int
     matrix: Matrix
     power: int = 0
-    harmonic: int = 0
 
 
 class JointLaw(Protocol):
@@ -166,7 +159,7 @@ class SecondOrder:
 
     def _sum(self, factor: Callable[[int], float], of: Callable[[JointLaw], Triple]) -> Triple:
         out = [np.zeros_like(self.terms[0].matrix) for _ in range(3)]
-        for place, matrix, power, _ in self.terms:
+        for place, matrix, power in self.terms:
             if (times := factor(power)) != 0.0:
                 out[place] = out[place] + times * matrix
         for rows, law in self.joints:

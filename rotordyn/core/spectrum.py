@@ -47,7 +47,7 @@ class Spectrum(NamedTuple):
     `values`: s in 1/s, (m,), exactly 0 for free motions; `right`, `left`: x (n, m) and y (n, m)
     with yᴴ P'(s) x = 1, laws frozen; `residuals`: |P x| over |P| |x|, rows in units of a unit
     diagonal, (m,); `uncertainty`: what rounding leaves unknown of s, 1/s, (m,); `triple`: the
-    matrices; `is_conservative`: whether the values are imaginary by structure.
+    matrices.
     """
 
     values: ComplexArray
@@ -56,7 +56,6 @@ class Spectrum(NamedTuple):
     residuals: FloatArray
     uncertainty: FloatArray
     triple: Triple
-    is_conservative: bool
 
     def part(self, at: IntArray) -> Spectrum:
         """Return some of the eigenvalues."""
@@ -146,7 +145,6 @@ def spectrum(
         np.concatenate((residuals, residuals[twins])),
         np.concatenate((uncertainty, uncertainty[twins])),
         triple,
-        is_conservative,
     )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -12,7 +11,7 @@ from solidwhirl.rotordyn.assembly.operator import SpeedLaw, operator_of
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.core.arrays import ComplexArray, IntArray, Matrix
 from solidwhirl.rotordyn.core.dense import uncoupled
-from solidwhirl.rotordyn.core.second_order import Joint, SecondOrder, Term, Triple
+from solidwhirl.rotordyn.core.second_order import Joint, SecondOrder, Term
 from solidwhirl.rotordyn.modes.complex_form import ComplexForm, complex_form, lateral_parts
 
 
@@ -25,27 +24,6 @@ class OperatorBlock(NamedTuple):
 
     operator: SecondOrder
     lift: Matrix
-
-
-@dataclass(frozen=True, eq=False)
-class _InOnePlane:
-    """An isotropic bearing as it is on x + i y."""
-
-    law: SpeedLaw
-    frequency_knots: tuple[float, ...] = ()
-
-    @property
-    def speed_knots(self) -> tuple[float, ...]:
-        return self.law.speed_knots
-
-    def at(self, speed: float, frequency: float) -> Triple:
-        return Triple(*(matrix[:1, :1] for matrix in self.law.at(speed, frequency)))
-
-    def by_speed(self, speed: float, frequency: float, side: int) -> Triple:
-        return Triple(*(matrix[:1, :1] for matrix in self.law.by_speed(speed, frequency, side)))
-
-    def by_frequency(self, speed: float, frequency: float, side: int) -> Triple:
-        return Triple(*(matrix[:1, :1] for matrix in self.law.by_frequency(speed, frequency, side)))
 
 
 @lru_cache(maxsize=16)
@@ -94,8 +72,12 @@ def _lateral_block(form: ComplexForm) -> OperatorBlock:
         Term(2, -1j * form.circulatory, 1),
         Term(2, form.centrifugal_stiffness, 2),
     )
+    # x and y of a bearing on a circle x + i y: of each half of its stiffness
     joints = tuple(
-        Joint(law.motion[None, :], _InOnePlane(SpeedLaw(form.assembled.law_joints[law.place])))
+        Joint(
+            np.array([law.motion, -1j * law.motion]) / np.sqrt(2.0),
+            SpeedLaw(form.assembled.law_joints[law.place]),
+        )
         for law in form.laws
     )
     lift: ComplexArray = np.zeros((form.assembled.size, form.size), dtype=complex)

@@ -59,7 +59,7 @@ Wanted = Callable[[Node, Node], BoolArray]
 
 
 class Event(NamedTuple):
-    """A zero of a function on a path, or a branch point, as the cubic of the path has it."""
+    """A zero of a function on a path, as the cubic of the path has it."""
 
     at: float
     value: complex
@@ -89,8 +89,6 @@ class EigenvaluePaths:
     ----------
     stretches
         Pairs of neighbouring nodes, each with its slopes towards the inside.
-    branch_points
-        Where two roots leave the real axis, or return to it, about.
     """
 
     def __init__(
@@ -108,9 +106,8 @@ class EigenvaluePaths:
         self._scale, self._growth = scale, growth
         self._known: dict[float, Spectrum] = {}
         self._slopes: dict[tuple[float, int], ComplexArray] = {}
-        self.branch_points: list[Event] = []
         self.stretches: list[tuple[Node, Node]] = []
-        order = np.arange(self._spectrum(places[0]).values.size)
+        order = np.arange(self.at(places[0]).values.size)
         for start, stop in itertools.pairwise(places):
             order = self._advance(start, order, stop)
 
@@ -125,7 +122,7 @@ class EigenvaluePaths:
         """Return the paths with a node in the middle of some stretches."""
         places = {node.at for node in self.nodes} | {0.5 * (a.at + b.at) for a, b in stretches}
         return EigenvaluePaths(
-            self._spectrum,
+            self.at,
             self._change,
             sorted(places, reverse=self.stretches[0][0].at > self.stretches[0][1].at),
             wanted=self._wanted,
@@ -133,7 +130,8 @@ class EigenvaluePaths:
             growth=self._growth,
         )
 
-    def _spectrum(self, place: float) -> Spectrum:
+    def at(self, place: float) -> Spectrum:
+        """Return the spectrum at any p, solved once."""
         if place not in self._known:
             found = self._solve(place)
             # motions that are free but for what is no more than the error of the eigensolver
@@ -142,7 +140,7 @@ class EigenvaluePaths:
         return self._known[place]
 
     def _node(self, place: float, order: IntArray | None, side: int) -> Node:
-        found = self._spectrum(place)
+        found = self.at(place)
         order = np.arange(found.values.size) if order is None else order
         if (place, side) not in self._slopes:
             self._slopes[place, side] = found.slopes(self._change(place, side))
@@ -168,8 +166,6 @@ class EigenvaluePaths:
             if place is not None and min(abs(place - here), abs(second.at - place)) > 0.5 * least:
                 waiting.append(place)
                 continue
-            middle = 0.5 * (first.at + second.at)
-            self.branch_points += [Event(middle, first.values[j], int(j)) for j in doubtful[:1]]
             here, order = waiting.pop(), end.order
             self.stretches.append((first, end))
         return order
@@ -254,9 +250,8 @@ class EigenvaluePaths:
 
         Of the paths that are wanted, and of what is near the axis in the middle alone.
         """
-        every = range(first.values.size)
-        told = np.array([_on_cubic(first, second, j, 0.5) for j in every], dtype=complex)
-        values = self._spectrum(0.5 * (first.at + second.at)).values
+        told = _on_cubic(first, second, slice(None), 0.5)
+        values = self.at(0.5 * (first.at + second.at)).values
         asked = told[self._wanted(first, second)]
         seen = values[(values.real > -NEAR_AXIS * np.abs(values)) & (values != 0)]
         for own, others in ((asked, values), (seen, told)):
@@ -300,17 +295,17 @@ class EigenvaluePaths:
                 for root in np.roots(cubic):
                     part = float(root.real)
                     if abs(root.imag) < 1e-9 and -1e-9 <= part < end:
-                        value = _on_cubic(first, second, int(j), part)
+                        value = complex(_on_cubic(first, second, int(j), part))
                         found.append(Event(first.at + part * width, value, int(j)))
         return found
 
 
-def _on_cubic(first: Node, second: Node, path: int, part: float) -> complex:
-    """Return s on the cubic of a path at a part of the way between two nodes."""
+def _on_cubic(first: Node, second: Node, path: int | slice, part: float) -> ComplexArray:
+    """Return s on the cubic of a path, or of several, at a part of the way between two nodes."""
     width, rest = second.at - first.at, 1.0 - part
     near = (1.0 + 2.0 * part) * first.values[path] + part * width * first.slopes[path]
     far = (3.0 - 2.0 * part) * second.values[path] - rest * width * second.slopes[path]
-    return complex(rest**2 * near + part**2 * far)
+    return np.asarray(rest**2 * near + part**2 * far)
 
 
 def meets_band(low: float, high: float) -> Wanted:

@@ -91,12 +91,9 @@ def _of_block(operator: SecondOrder, low: float, high: float) -> list[Window]:
         return []
     wanted = grows_below(top, is_real=operator.is_real)
     paths = speed_paths(operator, speeds, top, wanted, growth=True)
-    spectra = {node.at: node.spectrum for node in paths.nodes}
 
     def most(speed: float) -> complex:
-        if speed not in spectra:
-            spectra[speed] = spectrum(operator, speed)
-        return _of_spectrum(spectra[speed])
+        return _of_spectrum(paths.at(speed))
 
     def near(speed: float, start: complex) -> complex:
         triple = operator.at(speed)
@@ -122,7 +119,7 @@ def _of_block(operator: SecondOrder, low: float, high: float) -> list[Window]:
 
     events = paths.crossings(lambda _, values: _excess(values), lambda _, slopes: slopes.real)
     met = [change for event in events if (change := crossing(event.at, event.value)) is not None]
-    return _windows(met, [*spectra], most, near, crossing)
+    return _windows(met, [node.at for node in paths.nodes], most, near, crossing)
 
 
 def _highest(operator: SecondOrder, low: float, high: float) -> float:

@@ -44,7 +44,7 @@ def alarms_of(
     return (*_one_per_onset(unstable), *_run_ups(analyses))
 
 
-def order_alarms(notes: Sequence[TrackingNote], stability: Stability) -> Iterator[Alarm]:
+def diagram_alarms(notes: Sequence[TrackingNote], stability: Stability) -> Iterator[Alarm]:
     """One line for each speed at which a stable mode stands still in space, and for steep laws.
 
     `notes`: of the Campbell diagram. The frequency of the mode is 1/rev in the axes of the shaft;

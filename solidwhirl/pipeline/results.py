@@ -19,7 +19,7 @@ from solidwhirl.cost.forecast import Forecast
 from solidwhirl.estimates.results import Estimates
 from solidwhirl.geometry import Body
 from solidwhirl.model.plan_records import Plan
-from solidwhirl.pipeline.alarms import Alarm, alarms_of, joint_alarms, order_alarms
+from solidwhirl.pipeline.alarms import Alarm, alarms_of, diagram_alarms, joint_alarms
 from solidwhirl.pipeline.asymmetry import Asymmetry
 from solidwhirl.pipeline.engine_stages import ExcitedCriticalSpeed
 from solidwhirl.plausibility.supports import support_doubts
@@ -89,7 +89,7 @@ class Results:
         ratios = self.scene.speed_ratios()
         lifted = (joint_alarms(n, ratios[n], b.work.joints) for n, b in self.bodies.items())
         found = alarms_of(self.stability, self.operating, documents)
-        met = order_alarms(self.campbell.notes, self.stability)
+        met = diagram_alarms(self.campbell.notes, self.stability)
         return (*found, *met, *(alarm for own in lifted for alarm in own))
 
     @cached_property

@@ -16,7 +16,7 @@ from solidwhirl.console.summary import warning_texts
 from solidwhirl.core.errors import SceneError
 from solidwhirl.estimates.documents import coupling_effect
 from solidwhirl.output.documents import results_document
-from solidwhirl.pipeline.alarms import alarms_of, order_alarms
+from solidwhirl.pipeline.alarms import alarms_of, diagram_alarms
 from solidwhirl.pipeline.run import run_scene
 from solidwhirl.pipeline.verdict_text import answers
 from solidwhirl.rotordyn.campbell.branches import TrackingNote
@@ -171,10 +171,10 @@ def test_a_mode_that_stands_still_in_space_is_told_unless_it_grows():
         for kind, rpm in (("indefinite", 567.0), ("crossing", 600.0), ("indefinite", 800.0))
     ]
     still = Stability(low_rpm=0.0, high_rpm=900.0, intervals=(), at_operating=())
-    first, second = order_alarms(notes, still)
+    first, second = diagram_alarms(notes, still)
     assert first.message.startswith("567 rpm: a mode stands still in space, at 1/rev")
     assert second.speed_rpm == pytest.approx(800.0)
-    (alone,) = order_alarms(notes, replace(still, intervals=(interval(800.0, 900.0, False),)))
+    (alone,) = diagram_alarms(notes, replace(still, intervals=(interval(800.0, 900.0, False),)))
     assert alone == first
 
 
@@ -184,7 +184,7 @@ def test_modes_made_by_a_steep_law_are_warned_of_once():
         for k, rpm in ((4, 800.0), (2, 600.0))
     ]
     still = Stability(low_rpm=0.0, high_rpm=900.0, intervals=(), at_operating=())
-    (told,) = order_alarms(notes, still)
+    (told,) = diagram_alarms(notes, still)
     assert told.message.startswith("600 rpm: ")
     assert "(branch 5, 3)" in told.message
 
